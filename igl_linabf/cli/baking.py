@@ -27,6 +27,8 @@ BAKED_RESOLUTION = 2048  # default side length of a baked texture, in texels
 
 COLOUR_CHANNELS = 3  # assumed number of channels when the memory of images is estimated
 
+LIGHT_KINDS = ("emissiveTexture",)  # images of emitted light, which is 0 where a face has no image
+
 BakeName = Literal["colors", "texture", "normals", "position"]
 
 
@@ -62,7 +64,7 @@ def check_baking(packing: BakedPacking, mesh: MeshFile, output: Path, texcoord: 
             f"{mesh.path} has no colours of vertices, faces or materials: bake normals or position"
         )
     if kind == "texture" and (mesh.TC is None or mesh.FTC is None):
-        raise MeshError(f"{mesh.path} has no texture coordinates at all corners: it has no texture to move")
+        raise MeshError(f"{mesh.path} has no texture coordinates: it has no texture to move")
     size = page_size(packing.resolution or BAKED_RESOLUTION)
     kinds = set(list_image_kinds(kind, mesh))
     check_image_memory(size, max(len(kinds), 1), COLOUR_CHANNELS)  # at least one page is written
@@ -119,6 +121,7 @@ def _rebake_textures(mesh: MeshFile, atlas: Atlas, resolution: Any, output: Path
             resolution,
             labels=mesh.extras.materials[1],
             normals=normals,
+            bare=0.0 if kind in LIGHT_KINDS else 1.0,
         )
         made[kind] = list(image) if atlas.pages > 1 else image
     return made

@@ -63,12 +63,12 @@ class Job:
         """The output file; for standard output, a file name with the suffix of its format."""
         return Path(f"map.{self.format}") if self.output in (None, STDIO) else self.output
 
-    def read(self, surface: Path | None = None, partial: bool = False) -> MeshFile:
-        """Read the mesh; with `partial`, some corners may lack texture coordinates."""
+    def read(self, surface: Path | None = None) -> MeshFile:
+        """Read the mesh, of which some corners may lack texture coordinates."""
         if self.mesh.is_dir():
             raise ValueError(f"{self.mesh} is a folder: give its files, or use igl-linabf batch")
         with progress_part("reading", PROGRESS["reading"]):
-            return read_file(self.mesh, surface, partial=partial, allow_outside=self.allow_outside)
+            return read_file(self.mesh, surface, partial=True, allow_outside=self.allow_outside)
 
 
 def output_options(formats: str, suffixes: Sequence[str]) -> dict[str, Option]:

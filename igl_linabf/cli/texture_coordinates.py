@@ -13,7 +13,7 @@ from ..surface import Faces
 from ..uv import ScaleName, check_uv, pack
 from .arguments import PACKING, Option
 from .jobs import MESHES, OUTPUT, PROGRESS, REPORTS, ExitCode, Job
-from .outputs import make_writer, report_troubles, write_outputs
+from .outputs import make_writer, report_troubles, warn_of_bare_parts, write_outputs
 
 MAX_STRETCH = Option("largest L2 stretch, with all charts at one scale", "L2")
 MAX_SPREAD = Option("largest ratio between the texels of two parts of the surface", "RATIO")
@@ -40,7 +40,7 @@ def check_coordinates(
     body.obj --resolution 2048 --min-margin 8 --max-stretch 1.3 --max-spread 3 --quiet
     'props/*.glb' --json > figures.jsonl    # one line per mesh
     """
-    mesh, TC, FTC = _read_mesh_with_coordinates(job, partial=True)
+    mesh, TC, FTC = _read_mesh_with_coordinates(job, "they are not measured")
     asked: dict[str, Any] = {"max_stretch": max_stretch, "max_spread": max_spread, "min_margin": min_margin}
     if resolution is not None:
         asked["resolution"] = resolution
@@ -48,7 +48,8 @@ def check_coordinates(
         found = check_uv(mesh.V, mesh.F, TC, FTC, labels=list_image_users(mesh), **asked)
     check = {**found.figures, "limits": found.report.limits, "flipped": found.flipped}
     check["sheets"] = found.report.sheets
-    write_outputs(job, str(found), {"good": found.good, "troubles": found.troubles, "check": check})
+    figures = {"good": found.good, "troubles": found.troubles, "check": check}
+    write_outputs(job, str(found), {**figures, "unmapped_parts": mesh.list_bare_parts()})
     return report_troubles(job, found.good, found.troubles)
 
 
@@ -77,20 +78,22 @@ def pack_charts(
     wall.glb -o wall.glb --resolution 2048x1024    # pages that are not square
     'props/*.obj' -o packed/ --format glb --json > figures.jsonl    # one line per mesh
     """
-    mesh, TC, FTC = _read_mesh_with_coordinates(job)
+    mesh, TC, FTC = _read_mesh_with_coordinates(job, "they are left as they are")
+    options: dict[str, Any] = {"rotate": not no_rotate, "scale": scale, "labels": list_image_users(mesh)}
     with progress_part("packing", PROGRESS["computing"]):
-        packed = pack(mesh.V, mesh.F, TC, FTC, packing, rotate=not no_rotate, scale=scale)
+        packed = pack(mesh.V, mesh.F, TC, FTC, packing, **options)
     write = partial(make_writer(job), mesh=mesh, TC=packed.TC, FTC=packed.FTC)
-    write_outputs(job, str(packed), {"packed": packed}, write=write)
+    figures = {"packed": packed, "unmapped_parts": mesh.list_bare_parts()}
+    write_outputs(job, str(packed), figures, write=write)
     return ExitCode.GOOD
 
 
-def _read_mesh_with_coordinates(job: Job, partial: bool = False) -> tuple[MeshFile, FloatArray, Faces]:
-    """Read a mesh and its texture coordinates; with `partial`, some corners may have the index -1."""
-    mesh = job.read(partial=partial)
+def _read_mesh_with_coordinates(job: Job, bare: str) -> tuple[MeshFile, FloatArray, Faces]:
+    """Read a mesh and its texture coordinates; `bare` states what is done with faces that lack them."""
+    mesh = job.read()
     if mesh.TC is None or mesh.FTC is None:
-        where = "" if partial else " at all corners"
-        raise MeshError(f"{job.title} has no texture coordinates{where}: unwrap it")
+        raise MeshError(f"{job.title} has no texture coordinates: unwrap it")
+    warn_of_bare_parts(mesh, [bare])
     if has_transformed_textures(mesh):
         warnings.warn(
             "materials transform the texture coordinates (KHR_texture_transform): the stored ones are used, "

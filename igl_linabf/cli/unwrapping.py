@@ -9,13 +9,15 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from .._runtime import progress_part
+from .._types import FloatArray
 from ..charts import ChartOptions, Cones, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
 from ..io import WITH_TWO_MAPS, MeshFile, is_flat_format, normalize_suffix
+from ..surface import Faces, Polygons
 from .arguments import CHARTS, PACKING, MethodName, Option, Weight, build_method
 from .baking import BAKED_RESOLUTION, BakedPacking, bake_images, check_baking, list_image_kinds
 from .jobs import MESHES, OUTPUT, PICTURE, PROGRESS, REPORTS, ExitCode, Job, check_companion_files
-from .outputs import make_writer, report_troubles, write_outputs
+from .outputs import make_writer, report_troubles, warn_of_bare_parts, write_outputs
 
 SEAMS = Option(
     "auto, uv (seams of the file's texture coordinates), or a file of vertex pairs from 0", "SEAMS"
@@ -102,11 +104,13 @@ def unwrap_mesh(
     chosen = build_method(method, weight=weight)
     mesh = job.read()
     if texcoord and mesh.FTC is None:
-        raise MeshError(f"{job.title} has no texture coordinates at all corners: leave out --texcoord")
+        raise MeshError(f"{job.title} has no texture coordinates: leave out --texcoord")
     if packing.bake:
         check_baking(packing, mesh, job.target, texcoord)
     check_companion_files(job, mesh, list_image_kinds(packing.bake, mesh), packing.pages or 1, bool(texcoord))
     given_cones = _read_cones(cones, cone_angles, period)
+    given_seams = _read_seams(seams, mesh, charts, chosen)
+    _warn_of_bare_parts(mesh, packing.bake, texcoord, seams)
     if keep_materials:
         charts = replace(charts or ChartOptions(), labels=_material_labels(mesh, given_cones))
     with warnings.catch_warnings(), progress_part("unwrapping", PROGRESS["computing"]):
@@ -114,7 +118,7 @@ def unwrap_mesh(
         atlas = unwrap(
             mesh.V,
             mesh.F,
-            _read_seams(seams, mesh),
+            given_seams,
             charts=charts,
             method=chosen,
             cones=given_cones,
@@ -131,20 +135,52 @@ def unwrap_mesh(
     )  # a map written as a surface has the size of the mesh
     pictured = mesh.V[atlas.origin], atlas.drawn, {method: atlas.flat}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
+    figures |= {"unmapped_parts": mesh.list_bare_parts()} if mesh.TC is not None else {}
     write = partial(make_writer(job), mesh=mesh, TC=TC, FTC=atlas.FTC, image=image, texcoord=texcoord)
     write_outputs(job, str(atlas), figures, pictured, write)
     return report_troubles(job, atlas.good, atlas.troubles)
 
 
-def _read_seams(seams: Literal["auto", "uv"] | Path, mesh: MeshFile) -> Any:
+def _warn_of_bare_parts(mesh: MeshFile, bake: str | None, texcoord: int, seams: Any) -> None:
+    """Warn of parts that lack the texture coordinates which the options need."""
+    if mesh.TC is None:
+        return
+    consequences = {
+        "no image is baked for them": bake == "texture",
+        "both sets get the new ones": texcoord == 1,
+        "their seams are found automatically": seams == "uv",
+    }
+    needed = [text for text, is_asked in consequences.items() if is_asked]
+    if needed:
+        warn_of_bare_parts(mesh, needed)
+
+
+def _read_seams(
+    seams: Literal["auto", "uv"] | Path, mesh: MeshFile, charts: ChartOptions | None, method: Any
+) -> Any:
     """Return the seam edges from texture coordinates or a file; None for automatic seams."""
     if seams == "auto":
         return None
     if seams != "uv":
         return _read_rows(seams, np.int64, "integers: write two vertices on each line")
     if mesh.TC is None or mesh.FTC is None:
-        raise MeshError(f"{mesh.path} has no texture coordinates at all corners: it has no texture seams")
-    return texture_seams(mesh.F, mesh.FTC, mesh.V, mesh.TC, sides=True)
+        raise MeshError(f"{mesh.path} has no texture coordinates: it has no texture seams")
+    TC, FTC = _unwrap_bare_faces(mesh, charts, method) if mesh.bare.any() else (mesh.TC, mesh.FTC)
+    return texture_seams(mesh.F, FTC, mesh.V, TC, sides=True)
+
+
+def _unwrap_bare_faces(mesh: MeshFile, charts: ChartOptions | None, method: Any) -> tuple[FloatArray, Faces]:
+    """Return the texture coordinates of a mesh, with those of an automatic atlas at faces that lack them."""
+    assert mesh.TC is not None and mesh.texture is not None
+    corners, sizes = mesh.polygons.corners_of(np.flatnonzero(mesh.bare)), mesh.polygons.sizes[mesh.bare]
+    bare = Polygons(mesh.polygons.corners[corners], sizes)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the whole mesh is unwrapped later, with the same warnings
+        atlas = unwrap(mesh.V, bare.shaped, charts=charts, method=method, progress=False)
+    texture = mesh.texture.copy()
+    texture[corners] = len(mesh.TC) + bare.texture_of(atlas.FTC).corners
+    beside = np.ceil(mesh.TC.max(axis=0)) + 1  # keeps the two maps apart
+    return np.concatenate((mesh.TC, atlas.TC + beside)), mesh.polygons.shape(texture)
 
 
 def _read_cones(cones: Any, angles: Any, period: float | None) -> Cones | None:

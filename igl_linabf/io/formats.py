@@ -119,6 +119,7 @@ WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
 }
 WITH_IMAGES = (".glb", ".gltf", ".obj", ".3mf")
 FLAT = (".gii", ".gii.gz", ".surf", *PATCH_SUFFIXES)  # formats that store the flat map as the surface
+WITH_BARE_FACES = (".glb", ".gltf", ".obj")  # formats whose faces may lack texture coordinates
 WITH_TWO_MAPS = (".glb", ".gltf", ".ply", ".obj")
 ImageArgument = ArrayLike | Sequence[ArrayLike] | Mapping[str, ArrayLike | Sequence[ArrayLike]] | None
 
@@ -413,6 +414,9 @@ def write_atomically(
         raise ValueError("an image needs the first texture coordinates: leave out the image or texcoord=1")
     images = _select_images(encode_images(image), suffix)
     new = mesh.with_second(TC, FTC) if texcoord else mesh.textured(TC, FTC)
+    if new.bare.any() and suffix not in WITH_BARE_FACES:
+        _warn_of_filled_corners(new, suffix)
+        new = new.fill_bare_corners()
     rewritten = isinstance(mesh.extras.source, GltfFile) and suffix in GLTF_SUFFIXES
     prepared, changed = _adapt_names(split_materials_by_page(replace(new, images=images), rewritten), suffix)
     kinds = {} if images is None else images.maps
@@ -436,6 +440,15 @@ def write_atomically(
         else:
             WRITERS[suffix](temporary, prepared, named)
         yield
+
+
+def _warn_of_filled_corners(mesh: MeshFile, suffix: str) -> None:
+    warnings.warn(
+        f"{suffix[1:].upper()} has texture coordinates at all corners: {', '.join(mesh.list_bare_parts())} "
+        "without coordinates get 0, 1; write GLB or OBJ to leave them out",
+        MeshWarning,
+        stacklevel=stack_level(),
+    )
 
 
 def _warn_of_second_map(second: Path) -> None:

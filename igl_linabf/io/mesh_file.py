@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from ..surface import Faces, Polygons, Triangles, vertex_array
 from .parsing import NO_EXTRAS, Extras
@@ -117,6 +117,23 @@ class MeshFile:
         """Colours of the vertices, (#V, 3 or 4), from 0 to 1; None if the file has none."""
         return self.extras.colours
 
+    @cached_property
+    def bare(self) -> BoolArray:
+        """Mask of the faces, (#F,), that lack texture coordinates at a corner."""
+        bare = np.ones(len(self.polygons), dtype=bool)
+        if self.texture is not None:
+            bare[:] = False
+            bare[self.polygons.owner[self.texture < 0]] = True
+        return bare
+
+    def list_bare_parts(self) -> list[str]:
+        """Return the names of the parts with faces that lack texture coordinates, or the numbers of faces."""
+        names, of_face = self.extras.parts or ((), np.full(len(self.polygons), -1))
+        found = np.unique(of_face[self.bare]).tolist()
+        if found and found[0] >= 0:
+            return [names[i] for i in found]
+        return [f"faces {some(np.flatnonzero(self.bare))}"] if found else []
+
     @property
     def units(self) -> Unit | None:
         """The unit of length, as an argument of `write_pattern`; None if the file does not specify it."""
@@ -135,17 +152,27 @@ class MeshFile:
     def with_second(self, TC: ArrayLike, FTC: ArrayLike | None = None) -> MeshFile:
         """Return the mesh with second texture coordinates in addition to its own, for example for lightmaps.
 
+        Corners without first texture coordinates get the second ones in both sets, because formats need a
+        first set. If the mesh was read with `texcoord=1`, its second texture coordinates are replaced.
+
         Raises
         ------
         MeshError
-            Corners of the mesh have no texture coordinates, or the arrays do not match the faces.
+            The mesh has no texture coordinates, or the arrays do not match the faces.
         """
-        if self.TC is None or self.texture is None or (self.texture < 0).any():
+        if self.TC is None or self.texture is None:
             raise MeshError(
-                "second texture coordinates need first texture coordinates at all corners: "
-                "unwrap the mesh without texcoord=1 (--texcoord 1)"
+                "second texture coordinates need first texture coordinates: unwrap the mesh without "
+                "texcoord=1 (--texcoord 1)"
             )
-        return replace(self.textured(TC, FTC), first=(self.TC, self.texture))
+        new = self.textured(TC, FTC)
+        assert new.TC is not None and new.texture is not None
+        first, rows = self.first or (self.TC, self.texture)
+        lacking = (rows < 0) & (new.texture >= 0)
+        if lacking.any():
+            rows = np.where(lacking, len(first) + new.texture, rows)
+            first = np.concatenate((first, new.TC))
+        return replace(new, first=(first, rows))
 
     def textured(self, TC: ArrayLike, FTC: ArrayLike | None = None) -> MeshFile:
         """Return the mesh with other texture coordinates.
@@ -155,7 +182,7 @@ class MeshFile:
         TC : (#TC, 2) float
             Rows that are not finite are skipped; no corner may refer to one.
         FTC : same shape as `F`, optional
-            Rows of `TC` at the corners; by default `F`.
+            Rows of `TC` at the corners; by default `F`. Faces in `bare` may keep the index -1.
 
         Returns
         -------
@@ -168,10 +195,32 @@ class MeshFile:
         """
         map_ = vertex_array(TC, 2, "TC")
         texture = self.polygons if FTC is None else self.polygons.texture_of(FTC)
-        check_corners(map_, texture, "F, used as FTC," if FTC is None else "FTC", "TC")
+        is_free = (texture.corners == -1) & self.bare[texture.owner] & (self.texture is not None)
+        given = np.where(is_free, texture.corners.max(initial=-1), texture.corners)
+        name = "F, used as FTC," if FTC is None else "FTC"
+        check_corners(map_, replace(texture, corners=given), name, "TC")
         used = np.isfinite(map_).all(axis=1)
         number = np.cumsum(used) - 1
-        return replace(self, TC=map_[used], texture=number[texture.corners])
+        return replace(self, TC=map_[used], texture=np.where(is_free, -1, number[given]), first=None)
+
+    def fill_bare_corners(self) -> MeshFile:
+        """Return the mesh with a place for corners without texture coordinates.
+
+        It is the place where glTF viewers look up images for such corners: (0, 0) with v downwards.
+        """
+
+        def fill(TC: FloatArray, rows: IntArray) -> tuple[FloatArray, IntArray]:
+            return np.concatenate((TC, [[0.0, 1.0]])), np.where(rows < 0, len(TC), rows)
+
+        if self.TC is None or self.texture is None:
+            return self
+        filled = self
+        if (self.texture < 0).any():
+            TC, texture = fill(self.TC, self.texture)
+            filled = replace(self, TC=TC, texture=texture)
+        if self.first is not None and (self.first[1] < 0).any():
+            filled = replace(filled, first=fill(*self.first))
+        return filled
 
 
 def gather_at_triangles(mesh: MeshFile, values: IntArray) -> IntArray:

@@ -43,6 +43,10 @@ class Texels:
     face: IntArray
     weights: FloatArray
 
+    def select(self, rows: BoolArray) -> "Texels":
+        """Return the texels of a mask."""
+        return Texels(self.index[rows], self.face[rows], self.weights[rows])
+
     def values(self, corners: FloatArray) -> FloatArray:
         """Interpolate values (#F, 3, k) from the corners of faces to the texels."""
         made = self.weights[:, :1] * corners[self.face, 0]

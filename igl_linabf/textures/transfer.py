@@ -9,7 +9,7 @@ import igl
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
 from ..charts import Atlas, page_size
 from ..errors import MeshError, some
 from ..surface import Polygons, unit_vectors, vertex_array
@@ -17,6 +17,8 @@ from .baking import check_image_memory, check_padding, check_vertices, list_page
 from .sampling import Picture
 from .tangents import Frames, change_frames, compute_tangent_frames
 from .texels import Texels
+
+SMOOTH_NORMAL = (0.5, 0.5, 1.0, 1.0)  # RGBA of a direction along the normal in a normal map
 
 
 def bake_texture(
@@ -31,6 +33,7 @@ def bake_texture(
     labels: ArrayLike | None = None,
     normals: ArrayLike | None = None,
     padding: int = 8,
+    bare: float = 1.0,
 ) -> FloatArray:
     """Transfer images from old texture coordinates to an atlas.
 
@@ -48,7 +51,7 @@ def bake_texture(
     TC : (#TC, 2) float
         The old texture coordinates, with v pointing up.
     FTC : in the shape of `F`
-        Rows of `TC` at the corners.
+        Rows of `TC` at the corners; -1 at corners without texture coordinates.
     images : (#rows, #columns[, k]) float, or a sequence of images, one per label
         Values from 0 to 1, with the upper row first. Images repeat beyond the unit square. None means that
         faces with this label have no image.
@@ -61,6 +64,9 @@ def bake_texture(
         maps in tangent space, and are converted to the tangent frames (mikktspace) of the new map.
     padding : int
         Width in texels of an additional border around each chart.
+    bare : float
+        Value of all channels where a face has an image, but no old texture coordinates. By default it is
+        white, which does not change the colour of a material. In normal maps, such faces are smooth.
 
     Returns
     -------
@@ -88,7 +94,7 @@ def bake_texture(
     """
     size, padding = page_size(resolution), check_padding(padding)
     positions = check_vertices(V, atlas)
-    uv = _get_old_coordinates(F, TC, FTC, atlas)
+    uv, is_bare = _get_old_coordinates(F, TC, FTC, atlas)
     pictures = _convert_images(images)
     label = _get_labels(labels, len(uv), len(pictures), atlas)
     frames = None if normals is None else _compute_frames(positions, atlas, uv, normals)
@@ -104,7 +110,9 @@ def bake_texture(
                 rows = np.flatnonzero(label[mine[shown.face]] == k)
                 has[rows] = True
                 own = Texels(shown.index[rows], mine[shown.face[rows]], shown.weights[rows])
-                values[rows] = _look_up(picture, own, uv, frames, channels)
+                mapped = ~is_bare[own.face]
+                values[rows[~mapped]] = bare if frames is None or channels < 3 else SMOOTH_NORMAL[:channels]
+                values[rows[mapped]] = _look_up(picture, own.select(mapped), uv, frames, channels)
         return values[has], shown.index[has]
 
     made = [paint_page(page, size, padding, 0.0, values_at) for page in list_pages(atlas, size)]
@@ -126,13 +134,18 @@ def _look_up(
     return found
 
 
-def _get_old_coordinates(F: Any, TC: ArrayLike, FTC: Any, atlas: Atlas) -> FloatArray:
-    """Return the old texture coordinates at the corners of the triangles, (#T, 3, 2)."""
+def _get_old_coordinates(F: Any, TC: ArrayLike, FTC: Any, atlas: Atlas) -> tuple[FloatArray, BoolArray]:
+    """Return the old texture coordinates at the corners of the triangles, (#T, 3, 2).
+
+    The second result is a mask of the triangles without texture coordinates, whose coordinates are 0.
+    """
     polygons, points = Polygons.of(F), vertex_array(TC, 2, "TC")
     texture = polygons.texture_of(FTC)
-    bad = np.unique(texture.owner[(texture.corners < 0) | (texture.corners >= len(points))])
+    bad = np.unique(texture.owner[texture.corners >= len(points)])
     if len(bad):
-        raise MeshError(f"faces {some(bad)} have no old texture coordinates: leave them out")
+        raise MeshError(
+            f"faces {some(bad)} refer to old texture coordinates outside 0..{len(points) - 1}: correct FTC"
+        )
     place = (
         atlas.report.split.place
         if atlas.report.split is not None
@@ -142,11 +155,12 @@ def _get_old_coordinates(F: Any, TC: ArrayLike, FTC: Any, atlas: Atlas) -> Float
         raise MeshError(
             f"the atlas has {len(atlas.triangles)} triangles, and F has {len(place)}: pass the unwrapped F"
         )
-    uv = points[texture.corners[place]]
+    rows = texture.corners[place]
+    uv = np.concatenate((points, [[0.0, 0.0]]))[np.where(rows < 0, len(points), rows)]
     bad = np.flatnonzero(~np.isfinite(uv).all(axis=(1, 2)))
     if len(bad):
         raise MeshError(f"TC is NaN or infinite at triangles {some(bad)}: correct it")
-    return np.asarray(uv)
+    return np.asarray(uv), np.asarray((rows < 0).any(axis=1))
 
 
 def _convert_images(images: Any) -> list[Picture | None]:

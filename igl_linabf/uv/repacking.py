@@ -43,6 +43,8 @@ class PackedUV:
     unseen : (#charts,) bool
         Whether each chart is smaller because no ray from outside reaches it. All False if `Packing.unseen` is
         1.
+    unmapped : int
+        Number of faces without texture coordinates, which are left as they are.
     """
 
     TC: FloatArray
@@ -52,6 +54,7 @@ class PackedUV:
     fill: float
     scale: float
     unseen: BoolArray
+    unmapped: int
 
     @property
     def pages(self) -> int:
@@ -65,7 +68,8 @@ class PackedUV:
         charts, pages = len(self.page), self.pages
         summary = f"{charts:,} chart{'s' * (charts != 1)} on {pages} page{'s' * (pages != 1)}"
         inside = f", {np.count_nonzero(self.unseen):,} unseen and smaller" * bool(self.unseen.any())
-        return f"{summary}, {self.fill:.0%} filled{inside}"
+        left = f", {self.unmapped:,} faces without texture coordinates" * bool(self.unmapped)
+        return f"{summary}, {self.fill:.0%} filled{inside}{left}"
 
 
 def pack(
@@ -77,6 +81,7 @@ def pack(
     *,
     rotate: bool = True,
     scale: ScaleName = "keep",
+    labels: ArrayLike | None = None,
 ) -> PackedUV:
     """Repack the charts of existing texture coordinates without changing their shapes.
 
@@ -104,6 +109,8 @@ def pack(
         "keep" preserves the relative sizes of charts. "even" gives all charts the same number of texels per
         unit of length of V. In both cases `Packing.unseen` reduces unseen charts, and stacks whose charts are
         all unseen.
+    labels : (#F,) int or str, optional
+        The image of each face, as in `check_uv`. Charts on different images are not stacked.
 
     Returns
     -------
@@ -135,7 +142,7 @@ def pack(
     """
     if scale not in SCALES:
         raise ValueError(f"scale is {scale!r}: use one of {', '.join(map(repr, SCALES))}")
-    charts = UVCharts.of(V, F, TC, FTC)
+    charts = UVCharts.of(V, F, TC, FTC, labels)
     packing = resolve_packing(packing)
     width, height = page_size(packing.resolution or 1)
     aspect = height / width
@@ -216,4 +223,5 @@ def _build_packed_uv(
     at[charts.rows_aside] = place[charts.F_aside]
     faces[charts.split.face[charts.rows][::-1]] = charts.chart[::-1]
     known = charts.split.at_corners(at)
-    return PackedUV(coordinates(z) / [1, aspect], polygons.shape(known), faces, page, fill, scale, unseen)
+    TC, FTC = coordinates(z) / [1, aspect], polygons.shape(known)
+    return PackedUV(TC, FTC, faces, page, fill, scale, unseen, len(charts.unmapped))

@@ -271,8 +271,8 @@ def test_missing_textures_are_refused(tmp_path: Path, capsys: pytest.CaptureFixt
         bake_texture(V, F, atlas, TC, FTC, [None], 64)
     with pytest.raises(MeshError, match="no labels"):
         bake_texture(V, F, atlas, TC, FTC, [np.ones((2, 2)), np.ones((2, 2))], 64)
-    with pytest.raises(MeshError, match="no old texture"):
-        bake_texture(V, F, atlas, TC, np.where(FTC == 3, -1, FTC), np.ones((2, 2)), 64)
+    with pytest.raises(MeshError, match="old texture coordinates outside"):
+        bake_texture(V, F, atlas, TC, np.where(FTC == 3, len(TC), FTC), np.ones((2, 2)), 64)
     with pytest.raises(MeshError, match="faces 0 have labels beyond the 2 images"):
         labels = np.where(np.arange(len(F)) == 0, 2, 1)
         bake_texture(V, F, atlas, TC, FTC, [np.ones((2, 2)), np.ones((2, 2))], 64, labels=labels)

@@ -155,3 +155,12 @@ def test_the_command_writes_the_repacked_mesh(tmp_path: Path, capsys: pytest.Cap
     igl.write_triangle_mesh(str(tmp_path / "plain.obj"), *MAPS[:2])
     assert main(["pack", str(tmp_path / "plain.obj"), "-o", str(tmp_path / "out.obj")]) == 2
     assert not (tmp_path / "out.obj").exists()
+
+
+def test_charts_on_different_images_are_packed_apart() -> None:
+    V = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [5, 0, 0], [6, 0, 0], [5, 1, 0]], dtype=float)
+    F, TC = np.arange(6).reshape(2, 3), V[:3, :2]
+    for labels, stacked in ((None, 1), (["wood", "wood"], 1), (["wood", "steel"], 0)):
+        packed = pack(V, F, TC, [[0, 1, 2], [0, 1, 2]], labels=labels)
+        check = check_uv(V, F, packed.TC, packed.FTC)
+        assert (check.report.stacked, check.good) == (stacked, True)

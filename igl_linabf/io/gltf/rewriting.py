@@ -63,6 +63,7 @@ def save_gltf(temporary: str, mesh: MeshFile, path: Path) -> None:
 
 def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) -> None:
     """Write the file that was read, with a copy of each vertex for each of its texture coordinates."""
+    bare, mesh = mesh.bare, mesh.fill_bare_corners()
     assert mesh.TC is not None and mesh.texture is not None
     gltf, text, buffer = source.gltf, copy.deepcopy(source.gltf.text), Buffer()
     primitives = [text["meshes"][place.mesh]["primitives"][place.number] for place in source.primitives]
@@ -95,11 +96,9 @@ def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) 
                 for key, number in numbers.items()
             }
 
-        st = buffer.add(rounded[texture])
-        primitive |= {
-            "mode": Mode.TRIANGLES,
-            "attributes": {**taken(attributes), TEXTURE_ATTRIBUTES[second]: st},
-        }
+        primitive |= {"mode": Mode.TRIANGLES, "attributes": taken(attributes)}
+        if not bare[place.faces].all():
+            primitive["attributes"][TEXTURE_ATTRIBUTES[second]] = buffer.add(rounded[texture])
         _store_feature_ids(primitive, rows_used, buffer)
         if targets:
             primitive["targets"] = [taken(target) for target in targets]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._types import FloatArray, IntArray
+from ..._types import BoolArray, FloatArray, IntArray
 from ...errors import MeshError, MeshWarning, stack_level
 from ..colours import get_stored_colours
 from ..materials import Material, decode_srgb, make_gltf_material
@@ -80,8 +80,12 @@ class Buffer:
 
 
 def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
-    """Write polygons with a node for each part and texture coordinates at the vertices, v downwards."""
+    """Write polygons with a node for each part and texture coordinates at the vertices, v downwards.
+
+    Faces without texture coordinates have primitives of their own.
+    """
     extras, buffer = mesh.extras, Buffer()
+    bare, mesh = mesh.bare, mesh.fill_bare_corners()
     names, part = extras.parts or ((), np.full(len(mesh.polygons), -1))
     material_names, material, looks = _share_materials(mesh, part)
     meshes: list[dict[str, Any]] = []
@@ -89,12 +93,12 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     metres = METRES_PER_UNIT.get(extras.units or "meter", 1.0)
     size = {} if metres == 1 else {"scale": [metres] * 3}
     colours, error = get_stored_colours(mesh), 0.0
-    for i, by_material in _group_faces(part, material):
+    for i, by_material in _group_faces(part, material, bare):
         faces = np.concatenate(list(by_material.values()))
         positions = mesh.V[mesh.polygons.corners[mesh.polygons.corners_of(faces)]]
         origin, extent, primitives = choose_origin(positions), np.ptp(positions, axis=0).max(), []
-        for k, of_material in by_material.items():
-            primitive, rounding = _write_primitive(mesh, of_material, origin, colours, buffer)
+        for (k, is_bare), chosen in by_material.items():
+            primitive, rounding = _write_primitive(mesh, chosen, origin, colours, buffer, is_bare)
             primitives.append({**primitive, "material": k if k >= 0 else len(material_names)})
             error = max(error, rounding / extent if extent > 0 else 0.0)
         name_entry = {"name": names[i]} if i >= 0 else {}
@@ -164,32 +168,40 @@ def _make_asset_extras(mesh: MeshFile) -> dict[str, Any]:
     return {"extras": {"comments": lines}} if lines else {}
 
 
-def _group_faces(part: IntArray, material: IntArray) -> Iterator[tuple[int, dict[int, IntArray]]]:
-    """Yield each part with a dict of its faces, in ascending order, by material."""
-    order = np.lexsort((material, part))
-    start = np.flatnonzero(
-        (np.diff(part[order], prepend=-2) != 0) | (np.diff(material[order], prepend=-2) != 0)
-    )
-    groups = np.split(order, start[1:])
+def _group_faces(
+    part: IntArray, material: IntArray, bare: BoolArray
+) -> Iterator[tuple[int, dict[tuple[int, bool], IntArray]]]:
+    """Yield each part with a dict of its faces, in ascending order, by material and `bare`."""
+    keys = np.column_stack((part, material, bare))
+    order = np.lexsort((bare, material, part))
+    start = np.flatnonzero((keys[order[1:]] != keys[order[:-1]]).any(axis=1)) + 1
+    groups = np.split(order, start)
     for i, same_part in groupby(groups, key=lambda faces: int(part[faces[0]])):
-        yield i, {int(material[faces[0]]): faces for faces in same_part}
+        yield i, {(int(material[faces[0]]), bool(bare[faces[0]])): faces for faces in same_part}
 
 
 def _write_primitive(
-    mesh: MeshFile, faces: IntArray, origin: FloatArray, colours: FloatArray | None, buffer: Buffer
+    mesh: MeshFile,
+    faces: IntArray,
+    origin: FloatArray,
+    colours: FloatArray | None,
+    buffer: Buffer,
+    is_bare: bool,
 ) -> tuple[dict[str, Any], float]:
     """Append the faces of one part and one material; return the primitive and the largest rounding error.
 
-    Positions are written relative to `origin`, and `colours` are the colours at all corners of the mesh.
+    Positions are written relative to `origin`, and `colours` are the colours at all corners of the mesh. If
+    `is_bare`, the texture coordinates are left out.
     """
     split = split_vertices(mesh, mesh.polygons.corners_of(faces), normals=True, colours=colours)
     V = mesh.V[split.vertex] - origin
     positions = round_to_single(V, "V")
+    maps = [TC for TC in (split.first, None if is_bare else split.TC) if TC is not None]
     attributes = {
         "POSITION": buffer.add(positions),
         **{
             f"TEXCOORD_{i}": buffer.add(round_to_single(TC * [1, -1] + [0, 1], "TC"))
-            for i, TC in enumerate((split.TC,) if split.first is None else (split.first, split.TC))
+            for i, TC in enumerate(maps)
         },
     }
     if split.normals is not None:

@@ -109,8 +109,9 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
         tables["vn"] = extras.normals
     corners = np.column_stack(columns)
     form = "/".join(["{}"] * len(columns))
-    forms = {k: f"f{f' {form}' * k}\n" for k in np.unique(mesh.polygons.sizes).tolist()}
     sizes, width, flat = mesh.polygons.sizes.tolist(), len(columns), corners.ravel().tolist()
+    forms = {k: f"f{f' {form}' * k}\n" for k in np.unique(mesh.polygons.sizes).tolist()}
+    bare = set(np.flatnonzero(mesh.bare).tolist())
     materials = (words, np.where(material < 0, len(names), material)) if words else None
     headings = _make_headings(len(mesh.polygons), (("o", extras.parts), ("usemtl", materials)))
     with open(temporary, "w", encoding="utf-8", errors="surrogateescape", newline="\n") as file:
@@ -124,7 +125,8 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
             if i in headings:
                 file.write(headings[i])
             end = start + k * width
-            file.write(forms[k].format(*flat[start:end]))
+            line = forms[k].format(*flat[start:end])
+            file.write(_strip_texture_indices(line) if i in bare else line)
             start = end
 
 
@@ -204,7 +206,11 @@ def _rewrite_face_lines(text: ObjText, texture: IntArray, sizes: IntArray) -> It
         words = zip(statement.split()[1:], index[start : start + k], strict=True)
         yield (
             b" ".join(
-                [b"f", *(_replace_texture_index(w, t) for w, t in words), *[mark + comment] * bool(mark)]
+                [
+                    b"f",
+                    *(_replace_texture_index(w, t) if t else _strip_texture_index(w) for w, t in words),
+                    *[mark + comment] * bool(mark),
+                ]
             )
             + b"\n"
         )
@@ -217,6 +223,12 @@ def _replace_texture_index(word: bytes, texture: int) -> bytes:
     if len(rest) == 2 and rest[1]:
         return b"%b/%d/%b" % (vertex, texture, rest[1])
     return b"%b/%d" % (vertex, texture)
+
+
+def _strip_texture_indices(line: str) -> str:
+    """Remove vt from all corners of a face line."""
+    keyword, *corners = line.encode().split()
+    return b" ".join([keyword, *map(_strip_texture_index, corners)]).decode() + "\n"
 
 
 def _strip_texture_index(word: bytes) -> bytes:
