@@ -27,7 +27,7 @@ def write_obj(path: Path) -> Path:
     Image.new("RGB", (4, 4), (255, 0, 0)).save(path.with_name("red.png"))
     path.with_name("looks.mtl").write_text("newmtl red\nmap_Kd red.png\n")
     lines = ["mtllib looks.mtl"]
-    lines += [f"v {x} {y} {z}" for x, y, z in np.concatenate((V, V + [4, 0, 0]))]
+    lines += [f"v {x} {y} {z}" for x, y, z in np.concatenate((V, V + np.array([4, 0, 0])))]
     lines += [f"vt {u} {v}" for u, v in ATLAS.TC]
     lines += ["o ball", "usemtl red"]
     lines += [
