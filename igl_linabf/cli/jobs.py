@@ -16,6 +16,7 @@ from .._runtime import progress_part, show_progress, undo_at_interrupt
 from ..errors import printable
 from ..io import (
     SUFFIXES,
+    WITH_TWO_MAPS,
     MeshFile,
     check_free,
     detect_suffix,
@@ -63,12 +64,20 @@ class Job:
         """The output file; for standard output, a file name with the suffix of its format."""
         return Path(f"map.{self.format}") if self.output in (None, STDIO) else self.output
 
-    def read(self, surface: Path | None = None) -> MeshFile:
+    def check_second_map(self) -> None:
+        """Raise an error if the output cannot hold second texture coordinates."""
+        if normalize_suffix(self.target) not in WITH_TWO_MAPS:
+            known = " or ".join(WITH_TWO_MAPS)
+            raise ValueError(f"{self.target} does not end in {known}, which second texture coordinates need")
+
+    def read(self, surface: Path | None = None, texcoord: int = 0) -> MeshFile:
         """Read the mesh, of which some corners may lack texture coordinates."""
         if self.mesh.is_dir():
             raise ValueError(f"{self.mesh} is a folder: give its files, or use igl-linabf batch")
         with progress_part("reading", PROGRESS["reading"]):
-            return read_file(self.mesh, surface, partial=True, allow_outside=self.allow_outside)
+            return read_file(
+                self.mesh, surface, partial=True, allow_outside=self.allow_outside, texcoord=texcoord
+            )
 
 
 def output_options(formats: str, suffixes: Sequence[str]) -> dict[str, Option]:

@@ -2,7 +2,7 @@
 
 import warnings
 from functools import partial
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from .._runtime import progress_part
 from .._types import FloatArray
@@ -17,6 +17,7 @@ from .outputs import make_writer, report_troubles, warn_of_bare_parts, write_out
 
 MAX_STRETCH = Option("largest L2 stretch, with all charts at one scale", "L2")
 MAX_SPREAD = Option("largest ratio between the texels of two parts of the surface", "RATIO")
+TEXCOORD = Option("1: use the second texture coordinates, such as for lightmaps; keep the first set")
 MIN_MARGIN = Option("smallest distance between charts; half of it to the border", "TEXELS")
 
 
@@ -27,6 +28,7 @@ def check_coordinates(
     max_stretch: Annotated[float | None, MAX_STRETCH] = None,
     max_spread: Annotated[float | None, MAX_SPREAD] = None,
     min_margin: Annotated[float | None, MIN_MARGIN] = None,
+    texcoord: Annotated[Literal[0, 1], TEXCOORD] = 0,
 ) -> ExitCode:
     """Measure and judge the texture coordinates of a mesh; the exit code is for pipelines.
 
@@ -38,9 +40,10 @@ def check_coordinates(
     body.glb
     scene/body.gltf --allow-outside    # its buffer is in another folder
     body.obj --resolution 2048 --min-margin 8 --max-stretch 1.3 --max-spread 3 --quiet
+    house_lit.glb --texcoord 1 --resolution 1024    # the map for its lightmap
     'props/*.glb' --json > figures.jsonl    # one line per mesh
     """
-    mesh, TC, FTC = _read_mesh_with_coordinates(job, "they are not measured")
+    mesh, TC, FTC = _read_mesh_with_coordinates(job, "they are not measured", texcoord)
     asked: dict[str, Any] = {"max_stretch": max_stretch, "max_spread": max_spread, "min_margin": min_margin}
     if resolution is not None:
         asked["resolution"] = resolution
@@ -62,6 +65,7 @@ def pack_charts(
     packing: Annotated[Packing, PACKING],
     no_rotate: Annotated[bool, Option("move and scale charts, but do not rotate them")] = False,
     scale: Annotated[ScaleName, SCALE] = "keep",
+    texcoord: Annotated[Literal[0, 1], TEXCOORD] = 0,
 ) -> ExitCode:
     """Repack the charts of a mesh's texture coordinates.
 
@@ -75,26 +79,30 @@ def pack_charts(
     body.obj -o body.obj --texel-density 200 --resolution 1024 --pages 4 --quiet
     scan.glb -o scan_2k.glb --scale even --unseen 0.25    # fewer texels for cavities
     body.obj -o there/body.obj --force    # replaces there/body.mtl
+    house_lit.glb -o house_lit.glb --texcoord 1 --resolution 512    # the map for its lightmap
     wall.glb -o wall.glb --resolution 2048x1024    # pages that are not square
     'props/*.obj' -o packed/ --format glb --json > figures.jsonl    # one line per mesh
     """
-    mesh, TC, FTC = _read_mesh_with_coordinates(job, "they are left as they are")
+    if texcoord:
+        job.check_second_map()
+    mesh, TC, FTC = _read_mesh_with_coordinates(job, "they are left as they are", texcoord)
     options: dict[str, Any] = {"rotate": not no_rotate, "scale": scale, "labels": list_image_users(mesh)}
     with progress_part("packing", PROGRESS["computing"]):
         packed = pack(mesh.V, mesh.F, TC, FTC, packing, **options)
-    write = partial(make_writer(job), mesh=mesh, TC=packed.TC, FTC=packed.FTC)
+    write = partial(make_writer(job), mesh=mesh, TC=packed.TC, FTC=packed.FTC, texcoord=texcoord)
     figures = {"packed": packed, "unmapped_parts": mesh.list_bare_parts()}
     write_outputs(job, str(packed), figures, write=write)
     return ExitCode.GOOD
 
 
-def _read_mesh_with_coordinates(job: Job, bare: str) -> tuple[MeshFile, FloatArray, Faces]:
+def _read_mesh_with_coordinates(job: Job, bare: str, texcoord: int) -> tuple[MeshFile, FloatArray, Faces]:
     """Read a mesh and its texture coordinates; `bare` states what is done with faces that lack them."""
-    mesh = job.read()
+    mesh = job.read(texcoord=texcoord)
     if mesh.TC is None or mesh.FTC is None:
-        raise MeshError(f"{job.title} has no texture coordinates: unwrap it")
+        which, hint = ("second ", " with --texcoord 1") if texcoord else ("", "")
+        raise MeshError(f"{job.title} has no {which}texture coordinates: unwrap it{hint}")
     warn_of_bare_parts(mesh, [bare])
-    if has_transformed_textures(mesh):
+    if has_transformed_textures(mesh, texcoord):
         warnings.warn(
             "materials transform the texture coordinates (KHR_texture_transform): the stored ones are used, "
             "and sizes in texels may differ; apply the transform first",

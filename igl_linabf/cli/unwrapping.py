@@ -12,7 +12,7 @@ from .._runtime import progress_part
 from .._types import FloatArray
 from ..charts import ChartOptions, Cones, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import WITH_TWO_MAPS, MeshFile, is_flat_format, normalize_suffix
+from ..io import MeshFile, is_flat_format
 from ..surface import Faces, Polygons
 from .arguments import CHARTS, PACKING, MethodName, Option, Weight, build_method
 from .baking import BAKED_RESOLUTION, BakedPacking, bake_images, check_baking, list_image_kinds
@@ -98,9 +98,8 @@ def unwrap_mesh(
     'scans/*.stl' -o maps/ --format glb --json > figures.jsonl    # one line per mesh
     - -o - --quiet < bunny.obj > atlas.obj
     """
-    if texcoord and normalize_suffix(job.target) not in WITH_TWO_MAPS:
-        known = " or ".join(WITH_TWO_MAPS)
-        raise ValueError(f"{job.target} does not end in {known}, which second texture coordinates need")
+    if texcoord:
+        job.check_second_map()
     chosen = build_method(method, weight=weight)
     mesh = job.read()
     if texcoord and mesh.FTC is None:

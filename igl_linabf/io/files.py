@@ -15,7 +15,7 @@ from ..errors import MeshError, some
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, map_array, vertex_array
 from .colours import replace_colours_that_are_not_finite
-from .formats import ImageArgument, parse_file, write_atomically
+from .formats import ImageArgument, parse_file, select_second_coordinates, write_atomically
 from .mesh_file import MeshFile, check_corners, gather_at_triangles
 from .obj import load_looks, save_obj
 from .references import Folder
@@ -84,6 +84,7 @@ def read_file(
     *,
     partial: bool = False,
     allow_outside: bool = False,
+    texcoord: int = 0,
 ) -> MeshFile:
     """Read a mesh with all contents of its file: polygons, normals, colours, materials and parts.
 
@@ -99,6 +100,10 @@ def read_file(
     allow_outside : bool
         Follow references of the file, such as images and material libraries, to files outside its folder. By
         default these are refused, because a file from a stranger may refer to any file of this computer.
+    texcoord : {0, 1}
+        With 1, `mesh.TC` are the second texture coordinates of a GLB, glTF or PLY file, for example for
+        lightmaps, and `mesh.first` the first ones. `write_file(..., texcoord=1)` then replaces the second
+        ones.
 
     Returns
     -------
@@ -111,7 +116,8 @@ def read_file(
         The file is damaged or has no faces; it refers to a file outside its folder; or the surface of a patch
         is missing or does not match it.
     ValueError
-        The suffix is unknown, or a surface is given, but the file is not a patch.
+        The suffix is unknown; a surface is given, but the file is not a patch; or the format has no second
+        texture coordinates.
     ImportError
         The package that reads this format is missing; the message states the pip command.
     OSError
@@ -133,6 +139,8 @@ def read_file(
     >>> mesh.F.tolist(), mesh.parts
     ([[0, 1, 2, 3]], ('page',))
     """
+    if texcoord not in (0, 1):
+        raise ValueError(f"texcoord is {texcoord!r}: pass 0, or 1 for second texture coordinates")
     path = Path(path)
     found = parse_file(path, surface, allow_outside)
     if not len(found.V) or not len(found.polygons):
@@ -140,13 +148,15 @@ def read_file(
     looks = load_looks(found.extras, Folder(path.parent, allow_outside))
     extras = replace_colours_that_are_not_finite(looks, path.name)
     mesh = replace(found, V=vertex_array(found.V), extras=extras, path=path, allow_outside=allow_outside)
-    if found.TC is None or found.texture is None or not len(found.TC):
+    if texcoord:
+        mesh = select_second_coordinates(mesh, path)
+    if mesh.TC is None or mesh.texture is None or not len(mesh.TC):
         return replace(mesh, TC=None, texture=None)
-    is_partial = (found.texture < 0).any()
-    if (found.texture < 0).all() or (is_partial and not partial):
+    is_partial = (mesh.texture < 0).any()
+    if (mesh.texture < 0).all() or (is_partial and not partial):
         return replace(mesh, TC=None, texture=None)
     if is_partial:
-        mesh = replace(mesh, texture=np.maximum(found.texture, -1))  # -2 marks an index before the first row
+        mesh = replace(mesh, texture=np.maximum(mesh.texture, -1))  # -2 marks an index before the first row
     return mesh
 
 

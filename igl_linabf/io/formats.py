@@ -39,6 +39,7 @@ from .external import (
     save_vtp,
 )
 from .gltf import GltfFile, has_texture_transforms, parse_gltf, save_gltf
+from .gltf import select_second_coordinates as select_second_gltf
 from .materials import (
     COLOUR,
     DEFAULT_MATERIAL,
@@ -65,6 +66,7 @@ from .off import parse_off
 from .parsing import Damaged, Extras, FaceLabels, convert_to_utf8, encode_utf8
 from .pictures import encode_png
 from .ply import PlyTables, parse_ply, save_ply
+from .ply import select_second_coordinates as select_second_ply
 from .stl import parse_stl
 from .vertex_splits import find_face_pages, split_vertices
 
@@ -176,6 +178,23 @@ def parse_file(
     except Damaged as damage:
         what = "FreeSurfer" if read is parse_freesurfer else suffix[1:].upper()
         raise MeshError(f"{path} cannot be read as {what}: {damage}") from None
+
+
+def select_second_coordinates(mesh: MeshFile, path: Path) -> MeshFile:
+    """Return a mesh with its second texture coordinates, if it has any, and its first ones in `first`."""
+    source = mesh.extras.source
+    if isinstance(source, GltfFile):
+        found = select_second_gltf(mesh, source)
+    elif isinstance(source, PlyTables):
+        found = select_second_ply(mesh, source)
+    else:
+        second = f"; for OBJ, read {get_second_map_path(path).name}" * (path.suffix.lower() == ".obj")
+        raise ValueError(f"{path} holds one set of texture coordinates: use GLB, glTF or PLY{second}")
+    if found.TC is None or found.texture is None or (found.texture < 0).all():
+        return replace(found, TC=None, texture=None)
+    if mesh.TC is None or mesh.texture is None:
+        raise MeshError(f"{path} has second texture coordinates, but no first ones: make them the first ones")
+    return replace(found, first=(mesh.TC, np.maximum(mesh.texture, -1)))
 
 
 def _parse_patch(path: Path, surface: str | os.PathLike[str] | None) -> MeshFile:
@@ -334,10 +353,10 @@ def transform_to_object_space(mesh: MeshFile, path: str | os.PathLike[str]) -> t
     return np.einsum("vij,vj->vi", inverse[face], V), unit_vectors(rotated)
 
 
-def has_transformed_textures(mesh: MeshFile) -> bool:
+def has_transformed_textures(mesh: MeshFile, texcoord: int = 0) -> bool:
     """Return True if the file's materials transform the texture coordinates before the image lookup."""
     source = mesh.extras.source
-    return isinstance(source, GltfFile) and has_texture_transforms(source.gltf.text)
+    return isinstance(source, GltfFile) and has_texture_transforms(source.gltf.text, texcoord)
 
 
 def _list_lost_colours(extras: Extras, suffix: str) -> list[str]:

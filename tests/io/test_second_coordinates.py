@@ -173,3 +173,59 @@ def test_formats_and_meshes_without_two_sets_are_refused(
         write_file(tmp_path / "o.glb", mesh, mesh.V[:, :2], texcoord=1)
     with pytest.raises(ValueError, match="texcoord is 2"):
         write_file(tmp_path / "o.glb", mesh, mesh.V[:, :2], texcoord=2)
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".ply"])
+def test_second_coordinates_are_checked_and_packed_and_the_first_ones_are_kept(
+    suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "in.obj").write_text(OBJ)
+    source, out = tmp_path / f"in{suffix}", tmp_path / f"out{suffix}"
+    mesh = read_file(tmp_path / "in.obj")
+    corners = np.array([[0.1, 0.1], [0.3, 0.1], [0.1, 0.3]])
+    shifts = np.array([[0, 0], [0.3, 0], [0.02, 0], [0, 0.3]])  # the first and the third triangle overlap
+    with pytest.warns(match="does not keep"):
+        write_file(
+            source, mesh, (corners + shifts[:, None]).reshape(-1, 2), np.arange(12).reshape(-1, 3), texcoord=1
+        )
+    assert main(["check", str(source), "--texcoord", "1", "--json"]) == 1
+    assert "overlap by accident" in json.loads(capsys.readouterr().out)["troubles"][0]
+    words = ["--texcoord", "1", "--resolution", "64"]
+    assert main(["pack", str(source), "-o", str(out), *words, "--padding", "3", "--quiet"]) == 0
+    assert main(["check", str(out), *words, "--min-margin", "3", "--quiet"]) == 0
+    before, after = read_file(source), read_file(out)
+    assert (after.TC[after.FTC] == before.TC[before.FTC]).all()
+    both = read_file(out, texcoord=1)
+    assert (both.first[0][both.first[1]] == after.TC[after.texture]).all()
+    for triangle in both.TC[both.FTC]:  # right-angled and isosceles, as before
+        legs = triangle[1:] - triangle[0]
+        assert np.allclose(legs @ legs.T, np.eye(2) * (legs[0] @ legs[0]), atol=1e-6)
+
+
+def test_only_images_on_second_coordinates_separate_their_charts(tmp_path: Path) -> None:
+    source = write_tetrahedron(tmp_path, occlusionTexture={"index": 0, "texCoord": 1})
+    text = json.loads(source.read_text())
+    attributes = text["meshes"][0]["primitives"][0]["attributes"]
+    attributes["TEXCOORD_1"] = attributes["TEXCOORD_0"]
+    source.write_text(json.dumps(text))
+    (look,) = read_file(source, texcoord=1).extras.looks
+    assert [image_map.kind for image_map in look.maps] == ["occlusionTexture"]
+
+
+def test_files_without_second_coordinates_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "in.obj").write_text(OBJ)
+    mesh = read_file(tmp_path / "in.obj")
+    with pytest.warns(match="does not keep"):
+        write_file(tmp_path / "in.ply", mesh, mesh.TC, mesh.FTC)
+    cases = {
+        "in.obj": "holds one set of texture coordinates: use GLB, glTF or PLY; for OBJ, read in_texcoord1.obj",
+        "in.ply": "in.ply has no second texture coordinates: unwrap it with --texcoord 1",
+    }
+    for name, message in cases.items():
+        assert main(["check", str(tmp_path / name), "--texcoord", "1"]) == 2
+        assert message in capsys.readouterr().err
+    words = ["pack", str(tmp_path / "in.ply"), "--texcoord", "1", "-o", str(tmp_path / "o.vtp")]
+    assert main(words) == 2
+    assert "does not end in .glb or .gltf or .ply or .obj" in capsys.readouterr().err

@@ -112,9 +112,10 @@ def find_sampler(text: dict[str, Any], info: dict[str, Any]) -> dict[str, Any] |
     return None if number is None else text["samplers"][number]
 
 
-def find_image_maps(gltf: Gltf, material: dict[str, Any]) -> tuple[ImageMap, ...]:
-    """Return the images of a material that use the first texture coordinates."""
-    return tuple(_make_image_map(gltf, use) for use in iterate_texture_uses(material) if use.coordinates == 0)
+def find_image_maps(gltf: Gltf, material: dict[str, Any], coordinates: int = 0) -> tuple[ImageMap, ...]:
+    """Return the images of a material that use the texture coordinates with this number."""
+    uses = [use for use in iterate_texture_uses(material) if use.coordinates == coordinates]
+    return tuple(_make_image_map(gltf, use) for use in uses)
 
 
 def _make_image_map(gltf: Gltf, use: TextureUse) -> ImageMap:
@@ -157,9 +158,9 @@ def _read_image(gltf: Gltf, texture: dict[str, Any]) -> bytes:
     return file.read_bytes()
 
 
-def has_texture_transforms(text: dict[str, Any]) -> bool:
-    """Return True if a transform changes the first texture coordinates before the image lookup."""
-    uses = [use for use in find_texture_uses(text) if use.coordinates == 0]
+def has_texture_transforms(text: dict[str, Any], coordinates: int = 0) -> bool:
+    """Return True if a transform changes the texture coordinates with this number before the image lookup."""
+    uses = [use for use in find_texture_uses(text) if use.coordinates == coordinates]
     transforms = [use.holder[use.key].get("extensions", {}).get(TEXTURE_TRANSFORM, {}) for use in uses]
     return any({"offset", "rotation", "scale"} & set(transform) for transform in transforms)
 

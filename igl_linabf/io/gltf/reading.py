@@ -18,7 +18,7 @@ from .ngons import EXTENSION, merge_fans, reverse_polygons
 from .scene import Gltf, Mode, Placement, find_placements
 from .unshared import list_unshared
 
-COLOURS, NORMALS, TEXTURE = "COLOR_0", "NORMAL", "TEXCOORD_0"
+COLOURS, NORMALS, TEXTURE, SECOND_TEXTURE = "COLOR_0", "NORMAL", "TEXCOORD_0", "TEXCOORD_1"
 IDENTITY_PLACEMENT = Placement("", np.eye(4))
 
 
@@ -148,6 +148,26 @@ def parse_gltf(path: Path, allow_outside: bool = False) -> MeshFile:
         contents, np.repeat(np.arange(len(contents)), np.diff(point)), corner_vertices
     )
     return mesh_file if TC is None else replace(mesh_file, TC=TC, texture=texture)
+
+
+def select_second_coordinates(mesh: MeshFile, source: GltfFile) -> MeshFile:
+    """Return a mesh with its second texture coordinates, and the images that use them."""
+    gltf, n = source.gltf, len(mesh.polygons.corners)
+    at_corners, has_any = np.zeros((n, 2)), np.zeros(n, dtype=bool)
+    for place in source.primitives:
+        attributes = gltf.text["meshes"][place.mesh]["primitives"][place.number]["attributes"]
+        if SECOND_TEXTURE in attributes:
+            at_corners[place.corners] = gltf.numbers(attributes[SECOND_TEXTURE], place.vertex)
+            has_any[place.corners] = True
+    TC, same = np.unique(at_corners[has_any], axis=0, return_inverse=True)
+    texture = np.full(n, -1)
+    texture[has_any] = same.ravel()
+    looks = tuple(
+        replace(look, maps=find_image_maps(gltf, material, 1))
+        for look, material in zip(mesh.extras.looks or (), gltf.entries("materials"), strict=False)
+    )
+    extras = replace(mesh.extras, looks=looks or None)
+    return replace(mesh, TC=TC * [1, -1] + [0, 1], texture=texture, extras=extras)
 
 
 def _gather_texture(

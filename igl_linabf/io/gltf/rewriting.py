@@ -35,13 +35,13 @@ from .extensions import (
 )
 from .images import count_stale_textures, drop_stale_images, iterate_texture_uses
 from .ngons import EXTENSION
-from .reading import TEXTURE, GltfFile, Primitive
+from .reading import SECOND_TEXTURE, TEXTURE, GltfFile, Primitive
 from .scene import Gltf, Mode, Target
 from .textures import MaterialPages, add_images
 from .writing import Buffer, order_triangles, save_new_gltf, write_gltf
 
 TANGENT, FEATURE_ID = "TANGENT", "_FEATURE_ID_{}"
-TEXTURE_ATTRIBUTES = (TEXTURE, "TEXCOORD_1")
+TEXTURE_ATTRIBUTES = (TEXTURE, SECOND_TEXTURE)
 MIME_TYPES = {
     ".png": "image/png",
     ".jpg": "image/jpeg",

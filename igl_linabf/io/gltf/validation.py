@@ -133,6 +133,7 @@ ATTRIBUTE_TYPES = {
     "POSITION": ("VEC3",),
     "NORMAL": ("VEC3",),
     "TEXCOORD_0": ("VEC2",),
+    "TEXCOORD_1": ("VEC2",),
     "COLOR_0": ("VEC3", "VEC4"),
 }
 

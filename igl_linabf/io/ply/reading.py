@@ -3,6 +3,8 @@
 import itertools
 import re
 import warnings
+from collections.abc import Iterable
+from dataclasses import replace
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -43,6 +45,7 @@ COLOUR_NAMES: tuple[tuple[str, ...], ...] = (
 )
 NORMAL_NAMES = ("nx", "ny", "nz")
 CORNER_TEXTURE = "texcoord"  # face property: list of u and v of each corner
+SECOND_MAP_SUFFIX = "1"  # appended to names of second texture coordinates; not in the PLY standard
 INDEX_NAMES = ("vertex_indices", "vertex_index")
 IMAGE_COMMENT = "TextureFile"  # first word of a comment that names an image
 MAX_ROW_COUNT_DIGITS = 12  # digits of an element's row count, so that headers cannot cause overflow
@@ -108,17 +111,31 @@ def parse_ply(data: bytes) -> MeshFile:
             stacklevel=stack_level(),
         )
     extras = _make_extras(faces, PlyTables(elements, tables, comments))
-    at_corners = tables["face"].get(CORNER_TEXTURE)
-    if at_corners is not None and (np.asarray(at_corners.sizes) == 2 * faces.sizes).all():
+    return _select_coordinates(MeshFile(V, faces, extras=extras), tables, CORNER_TEXTURE, TEXTURE_NAMES)
+
+
+def select_second_coordinates(mesh: MeshFile, source: PlyTables) -> MeshFile:
+    """Return a mesh with its second texture coordinates."""
+    names = [tuple(name + SECOND_MAP_SUFFIX for name in pair) for pair in TEXTURE_NAMES]
+    bare = replace(mesh, TC=None, texture=None)
+    return _select_coordinates(bare, source.tables, CORNER_TEXTURE + SECOND_MAP_SUFFIX, names)
+
+
+def _select_coordinates(
+    mesh: MeshFile, tables: dict[str, Table], of_corners: str, of_vertices: Iterable[tuple[str, ...]]
+) -> MeshFile:
+    """Return a mesh with the texture coordinates that properties of corners or vertices have, if any."""
+    at_corners = tables["face"].get(of_corners)
+    if at_corners is not None and (np.asarray(at_corners.sizes) == 2 * mesh.polygons.sizes).all():
         pairs = np.ascontiguousarray(at_corners.values, dtype=np.float64).view(np.complex128)
         pairs, texture = np.unique(pairs, return_inverse=True)  # complex pairs sort faster than rows
         TC = pairs.view(np.float64).reshape(-1, 2)
-        return MeshFile(V, faces, TC, texture.ravel().astype(np.int64), extras)
-    for names in TEXTURE_NAMES:
-        at_vertices = _stack_columns(vertex, *names)
+        return replace(mesh, TC=TC, texture=texture.ravel().astype(np.int64))
+    for names in of_vertices:
+        at_vertices = _stack_columns(tables["vertex"], *names)
         if at_vertices is not None:
-            return MeshFile(V, faces, at_vertices, faces.corners, extras)
-    return MeshFile(V, faces, extras=extras)
+            return replace(mesh, TC=at_vertices, texture=mesh.polygons.corners)
+    return mesh
 
 
 def _find_index_list(tables: dict[str, Table], element: str) -> tuple[str, Column]:

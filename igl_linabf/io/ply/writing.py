@@ -20,13 +20,13 @@ from .reading import (
     IMAGE_COMMENT,
     INDEX_NAMES,
     NORMAL_NAMES,
+    SECOND_MAP_SUFFIX,
     TYPE_NAMES,
     PlyTables,
     make_row_dtype,
 )
 
 TEXTURE_PROPERTIES = ("s", "t")  # written as 32-bit floats, because MeshLab ignores doubles
-SECOND_MAP_SUFFIX = "1"  # appended to names of second texture coordinates; not in the PLY standard
 TEXTURE_NAMES_TO_REPLACE = {"s", "t", "u", "v", "texture_u", "texture_v", CORNER_TEXTURE}
 SECOND_NAMES_TO_REPLACE = {name + SECOND_MAP_SUFFIX for name in (*TEXTURE_PROPERTIES, CORNER_TEXTURE)}
 Fields = list[tuple[Property, Column]]
