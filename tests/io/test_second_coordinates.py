@@ -220,7 +220,7 @@ def test_files_without_second_coordinates_are_refused(
     with pytest.warns(match="does not keep"):
         write_file(tmp_path / "in.ply", mesh, mesh.TC, mesh.FTC)
     cases = {
-        "in.obj": "holds one set of texture coordinates: use GLB, glTF or PLY; for OBJ, read in_texcoord1.obj",
+        "in.obj": "one set of texture coordinates: use GLB, glTF or PLY; for OBJ, read in_texcoord1.obj",
         "in.ply": "in.ply has no second texture coordinates: unwrap it with --texcoord 1",
     }
     for name, message in cases.items():
