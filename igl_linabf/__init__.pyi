@@ -15,6 +15,7 @@ from . import scrolls as scrolls
 from . import surface as surface
 from . import textures as textures
 from . import uv as uv
+from . import xatlas as xatlas
 from .charts import Atlas as Atlas
 from .charts import ChartOptions as ChartOptions
 from .charts import Cones as Cones

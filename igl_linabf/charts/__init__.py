@@ -11,6 +11,7 @@ from .cost import AtlasCost
 from .features import find_unseen_charts as find_unseen_charts
 from .options import ChartOptions, resolve_options
 from .packing import UDIM_ROW, Packing, pack_together
+from .packing import PackedChart as PackedChart
 from .packing import pack_charts as pack_charts
 from .packing import page_size as page_size
 from .packing import resolve_packing as resolve_packing

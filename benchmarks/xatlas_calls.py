@@ -1,0 +1,135 @@
+"""Compare `xatlas.parametrize` with the same call of `igl_linabf.xatlas`: time, memory and the atlas.
+
+    python benchmarks/xatlas_calls.py [--limit 900] [--size 40k ...] [--by xatlas ...]
+
+The meshes are generated (benchmarks/generated.py, blob, noise 0.02). In the last one, patches of faces are
+doubled with the opposite orientation, as the output of generative models often is; about a quarter of its
+edges have three or four faces. Each call runs in a separate process, which is stopped after `--limit`
+seconds. CPU seconds count all threads. Stretch does not count flipped faces. xatlas is included if it is
+installed. Prints Markdown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from importlib.util import find_spec
+from pathlib import Path
+from time import perf_counter, process_time
+
+import igl
+import numpy as np
+from generated import generated
+from peers import TexelAtlas, make_charts, relative_seams
+
+from igl_linabf import overlaps, quality
+
+# points of the grid along an axis, and the share of faces that are doubled
+MESHES = {"40k": (82, 0.0), "150k": (147, 0.0), "400k": (220, 0.0), "455k": (213, 0.24)}
+PROGRAMS = {"igl_linabf": "igl_linabf.xatlas", "xatlas": "xatlas"}
+PATCH = 0.08  # size of the doubled patches, in units of the body, which is 2 wide
+HEADS = ("s", "CPU s", "MB", "charts", "seam / sqrt(area)", "L2 stretch", "flips", "overlaps")
+
+
+def double_patches(V: np.ndarray, F: np.ndarray, share: float) -> np.ndarray:
+    """Return the faces, and a share of them again with the opposite orientation, in patches."""
+    centre = V[F].mean(axis=1)
+    wave = np.sin(centre / PATCH).sum(axis=1)
+    return np.concatenate((F, F[wave > np.quantile(wave, 1 - share)][:, ::-1]))
+
+
+def crowded_share(F: np.ndarray) -> float:
+    """Return the share of the edges with more than two faces."""
+    edges = np.sort(np.concatenate((F[:, [0, 1]], F[:, [1, 2]], F[:, [2, 0]])), axis=1)
+    return float((np.unique(edges, axis=0, return_counts=True)[1] > 2).mean())
+
+
+def measure_call(program: str, path: str) -> dict[str, float]:
+    """Return the figures of one call, in the order of `HEADS`."""
+    mesh = np.load(path)
+    V, F = mesh["V"], mesh["F"]
+    xatlas = importlib.import_module(PROGRAMS[program])
+    xatlas.parametrize(*igl.icosahedron())  # a warm-up for lazy imports
+    start, cpu = perf_counter(), process_time()
+    vmapping, indices, uvs = xatlas.parametrize(V, F)
+    seconds, cpu = perf_counter() - start, process_time() - cpu
+    # not ru_maxrss, because it starts at the peak of the parent process
+    status = Path("/proc/self/status").read_text(encoding="utf-8")
+    peak = int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1024
+    assert (vmapping[indices] == F).all()
+    TC, FTC, origin = uvs.astype(float), indices.astype(np.int64), vmapping.astype(np.int64)
+    atlas = TexelAtlas(origin, FTC, TC, 1.0, seconds)
+    chart, areas = make_charts(FTC), turned_areas(TC, FTC)
+    mirrored = np.bincount(chart, areas) < 0
+    flipped = (areas > 0) == mirrored[chart]
+    TC[np.unique(FTC[mirrored[chart]]), 0] *= -1
+    seams, stretch = relative_seams(V, F, atlas.FTC), quality(V[origin], FTC[~flipped], TC).stretch_l2
+    figures = (
+        seconds,
+        cpu,
+        peak,
+        len(mirrored),
+        seams,
+        stretch,
+        np.count_nonzero(flipped),
+        len(overlaps(uvs, FTC)),
+    )
+    return dict(zip(HEADS, map(float, figures), strict=True))
+
+
+def turned_areas(TC: np.ndarray, FTC: np.ndarray) -> np.ndarray:
+    """Return twice the signed areas of the faces in the map."""
+    a, b = TC[FTC[:, 1]] - TC[FTC[:, 0]], TC[FTC[:, 2]] - TC[FTC[:, 0]]
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+
+
+def format_line(triangles: str, program: str, row: dict[str, float]) -> str:
+    kinds = (",.1f", ",.1f", ",.0f", ",.0f", ".1f", ".3f", ",.0f", ",.0f")
+    cells = [format(row[head], kind) for head, kind in zip(HEADS, kinds, strict=True)]
+    return f"| {triangles} | {program} | {' | '.join(cells)} |"
+
+
+def main() -> None:
+    installed = [program for program, module in PROGRAMS.items() if find_spec(module)]
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--limit", type=float, default=900, help="seconds after which a call is stopped")
+    parser.add_argument("--size", nargs="+", choices=MESHES, default=list(MESHES))
+    parser.add_argument("--by", nargs="+", choices=installed, default=installed)
+    parser.add_argument("--one", nargs=2, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.one:
+        print(json.dumps(measure_call(*options.one)))
+        return
+    print(f"| triangles | by | {' | '.join(HEADS)} |\n|{'---|' * (2 + len(HEADS))}")
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "mesh.npz")
+        for size in options.size:
+            points, share = MESHES[size]
+            V, F = generated("blob", points, 0.02, 1)
+            F = double_patches(V, F, share)
+            crowded = f", {crowded_share(F):.0%} of the edges non-manifold" * bool(share)
+            np.savez(path, V=V, F=F)
+            for program in options.by:
+                command = [sys.executable, __file__, "--one", program, path]
+                try:
+                    done = subprocess.run(
+                        command, capture_output=True, encoding="utf-8", check=True, timeout=options.limit
+                    )
+                except subprocess.TimeoutExpired:
+                    print(
+                        f"| {len(F):,}{crowded} | {program} | more than {options.limit:g} |{' |' * 7}",
+                        flush=True,
+                    )
+                    continue
+                row = json.loads(done.stdout.splitlines()[-1])
+                print(format_line(f"{len(F):,}{crowded}", program, row), flush=True)
+
+
+if __name__ == "__main__":
+    main()
