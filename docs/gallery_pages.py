@@ -33,6 +33,7 @@ FIRST = (
     "polygons",
     "pattern",
     "colours_into_glb",
+    "xatlas_pipeline",
     "flat_cortex",
     "sheet_metal",
     "quads_from_scan",

@@ -32,6 +32,7 @@ WHAT = {
     "folder_of_meshes": ((1, 3), r"(?s)airplane \| valid.*damaged \| refused.*cannot be read as PLY"),
     "quads_from_scan": ((1, 2), r"[\d,]+ of [\d,]+ cells are whole quadrangles"),
     "sheet_metal": ((1, 2), r"edges change by 0\.00% at most"),
+    "xatlas_pipeline": ((1, 2), r"faces +99,785\nwithout coordinates +0\n(?s:.*)\nflipped faces +0\n"),
 }
 
 
