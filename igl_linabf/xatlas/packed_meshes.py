@@ -22,6 +22,8 @@ from ..surface import (
 )
 from .options import PackOptions
 
+ROUNDING = 1e-14  # largest double area of a chart that counts as zero, over its largest coordinate squared
+
 
 @dataclass(frozen=True, eq=False)
 class GivenMesh:
@@ -160,7 +162,9 @@ def _divide_into_charts(mesh: GivenMesh) -> PackedMesh:
     used, point = np.unique(point, return_inverse=True)
     label = face_components(point.reshape(mesh.F.shape), len(used))
     area = signed_double_areas(complex_positions(mesh.V), np.ascontiguousarray(mesh.F.T))
-    solid = np.bincount(label, np.abs(area)) > 0
+    size = np.zeros(label.max() + 1)
+    np.maximum.at(size, label, np.abs(mesh.V[mesh.F]).max(axis=(1, 2)))
+    solid = np.bincount(label, np.abs(area)) > ROUNDING * size**2
     chart = np.where(solid, np.cumsum(solid) - 1, -1)[label]
     pairs, corner = np.unique((chart * n)[:, None] + mesh.F, return_inverse=True)
     origin, page = pairs % n, np.zeros(np.count_nonzero(solid), dtype=np.int64)
