@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, fields, replace
-from enum import IntEnum
+from enum import Enum
 
 from ..charts import Packing
 from ..errors import FallbackWarning, stack_level
@@ -15,7 +15,7 @@ IGNORED_PACKING = ("max_chart_size", "blockAlign", "bruteForce")
 ROTATIONS = ("rotate_charts_to_axis", "rotate_charts")
 
 
-class ChartType(IntEnum):
+class ChartType(Enum):
     """How xatlas has flattened a chart; here every chart that is flattened is `LSCM`."""
 
     Planar = 0
