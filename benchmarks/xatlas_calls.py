@@ -25,8 +25,8 @@ from time import perf_counter, process_time
 
 import igl
 import numpy as np
-from generated import generated
-from peers import TexelAtlas, make_charts, relative_seams
+from generated import generate_mesh, unmirror
+from peers import TexelAtlas, relative_seams
 
 from igl_linabf import overlaps, quality
 
@@ -63,30 +63,12 @@ def measure_call(program: str, path: str) -> dict[str, float]:
     status = Path("/proc/self/status").read_text(encoding="utf-8")
     peak = int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1024
     assert (vmapping[indices] == F).all()
-    TC, FTC, origin = uvs.astype(float), indices.astype(np.int64), vmapping.astype(np.int64)
-    atlas = TexelAtlas(origin, FTC, TC, 1.0, seconds)
-    chart, areas = make_charts(FTC), turned_areas(TC, FTC)
-    mirrored = np.bincount(chart, areas) < 0
-    flipped = (areas > 0) == mirrored[chart]
-    TC[np.unique(FTC[mirrored[chart]]), 0] *= -1
-    seams, stretch = relative_seams(V, F, atlas.FTC), quality(V[origin], FTC[~flipped], TC).stretch_l2
-    figures = (
-        seconds,
-        cpu,
-        peak,
-        len(mirrored),
-        seams,
-        stretch,
-        np.count_nonzero(flipped),
-        len(overlaps(uvs, FTC)),
-    )
+    origin, FTC = vmapping.astype(np.int64), indices.astype(np.int64)
+    TC, charts, flipped = unmirror(TexelAtlas(origin, FTC, uvs.astype(float), 1.0, seconds))
+    seams, stretch = relative_seams(V, F, FTC), quality(V[origin], FTC[~flipped], TC).stretch_l2
+    flips, over = np.count_nonzero(flipped), len(overlaps(uvs, FTC))
+    figures = seconds, cpu, peak, charts, seams, stretch, flips, over
     return dict(zip(HEADS, map(float, figures), strict=True))
-
-
-def turned_areas(TC: np.ndarray, FTC: np.ndarray) -> np.ndarray:
-    """Return twice the signed areas of the faces in the map."""
-    a, b = TC[FTC[:, 1]] - TC[FTC[:, 0]], TC[FTC[:, 2]] - TC[FTC[:, 0]]
-    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
 def format_line(triangles: str, program: str, row: dict[str, float]) -> str:
@@ -111,7 +93,7 @@ def main() -> None:
         path = os.path.join(folder, "mesh.npz")
         for size in options.size:
             points, share = MESHES[size]
-            V, F = generated("blob", points, 0.02, 1)
+            V, F = generate_mesh("blob", points, 0.02, 1)
             F = double_patches(V, F, share)
             crowded = f", {crowded_share(F):.0%} of the edges non-manifold" * bool(share)
             np.savez(path, V=V, F=F)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._types import FloatArray, IntArray
 from ..errors import some
 from ..surface import check_finite, face_array, vertex_array
-from ..textures import covered
+from ..textures import find_covered_texels
 from .arrays import check_shape
 from .options import ChartOptions, ChartType, PackOptions, warn_of_ignored_options
 from .packed_meshes import GivenMesh, PackedMesh, pack_uv_meshes, unwrap_meshes
@@ -304,7 +304,9 @@ class Atlas:
         image = np.zeros((self.height, self.width, 3), dtype=np.uint8)
         for i, mesh in enumerate(self._packed):
             on = np.flatnonzero(mesh.page_of_faces == atlas_index)
-            texels = covered(mesh.uv[mesh.indices[on]] * self._size - 0.5, (self.width, self.height))
+            texels = find_covered_texels(
+                mesh.uv[mesh.indices[on]] * self._size - 0.5, (self.width, self.height)
+            )
             image.reshape(-1, 3)[texels.index] = colours[self._first_chart(i) + mesh.chart[on[texels.face]]]
         return image
 
