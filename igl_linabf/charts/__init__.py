@@ -10,7 +10,7 @@ from .cones import Cones, find_cones
 from .cost import AtlasCost
 from .features import find_unseen_charts as find_unseen_charts
 from .options import ChartOptions, resolve_options
-from .packing import UDIM_ROW, Packing, pack_together
+from .packing import FIRST_UDIM_TILE, UDIM_ROW, Packing, pack_together
 from .packing import PackedChart as PackedChart
 from .packing import pack_charts as pack_charts
 from .packing import page_size as page_size

@@ -69,7 +69,8 @@ def pack_charts(
 ) -> ExitCode:
     """Repack the charts of a mesh's texture coordinates.
 
-    Charts keep their shapes, and stacked charts stay stacked.
+    Charts keep their shapes, and stacked charts stay stacked. Images are not moved; igl-linabf unwrap --seams
+    uv --bake texture bakes them for an atlas with the same seams.
 
     Examples
     --------

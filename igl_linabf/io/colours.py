@@ -1,7 +1,7 @@
 """Collect the colours, normals and images of a mesh file at the corners of its faces."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import igl
@@ -113,16 +113,24 @@ def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
     >>> [(kind, len(images), images[0].pixels.shape) for kind, images in maps.items()]
     [('baseColorTexture', 1, (8, 8, 3))]
     """
-    looks, decoded = mesh.extras.looks or (), dict[bytes, FloatArray]()
+    decoded: dict[bytes, FloatArray] = {}
+
+    def decode(read: Callable[[], bytes], what: str) -> FloatArray:
+        data = read()
+        if data not in decoded:
+            decoded[data] = decode_image(data, what)
+        return decoded[data]
+
+    looks = mesh.extras.looks or ()
     kinds = dict.fromkeys(image_map.kind for look in looks for image_map in look.maps)
     images: dict[str, list[Picture | None]] = {kind: [None] * len(looks) for kind in kinds}
     for i, look in enumerate(looks):
         for image_map in look.maps:
-            data = image_map.read()
-            if data not in decoded:
-                decoded[data] = decode_image(data, f"{image_map.kind} of the material {mesh.materials[i]}")
+            what = f"{image_map.kind} of the material {mesh.materials[i]}"
+            tiles = {page: decode(read, what) for page, read in image_map.tiles.items()}
+            pixels = next(iter(tiles.values())) if tiles else decode(image_map.read, what)
             images[image_map.kind][i] = Picture(
-                decoded[data], image_map.wrap, image_map.matrix, image_map.nearest
+                pixels, image_map.wrap, image_map.matrix, image_map.nearest, tiles
             )
     return images
 

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from .._runtime import replacing
 from .._types import FloatArray
+from ..charts import FIRST_UDIM_TILE
 from ..errors import MeshError, MeshWarning, some, stack_level
 from ..surface import unit_vectors
 from .colours import GLTF_SUFFIXES, compute_corner_normals
@@ -43,7 +44,6 @@ from .gltf import select_second_coordinates as select_second_gltf
 from .materials import (
     COLOUR,
     DEFAULT_MATERIAL,
-    FIRST_UDIM_TILE,
     MTL_KEYWORDS,
     TEXTURE_SUFFIX,
     Material,

@@ -3,7 +3,7 @@
 import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,7 +25,6 @@ TEXTURE_SUFFIX = "Texture"  # suffix of glTF's names of image maps
 COLOUR = "baseColorTexture"  # glTF's name for the colour map; maps unknown to glTF keep their MTL keyword
 MTL_KEYWORDS = {COLOUR: "map_Kd", "normalTexture": "norm", "emissiveTexture": "map_Ke"}
 KEYS_IN_GLTF = ("Kd", "d", "Tr", "Pm", "Pr", "Ke")  # MTL keywords with a counterpart in glTF
-FIRST_UDIM_TILE = 1001
 IMAGE_PATTERN = re.compile(r"(map_|bump|disp|decal|refl|norm)\w*(\s|$)", re.IGNORECASE)  # MTL keywords
 
 
@@ -60,6 +59,8 @@ class ImageMap:
         MTL options that do not depend on the texture coordinates.
     nearest : bool
         Whether a lookup returns the nearest pixel instead of interpolating.
+    tiles : mapping of int to callable
+        For an image of UDIM tiles, functions such as `read` by the page of the tile.
     """
 
     kind: str
@@ -69,6 +70,7 @@ class ImageMap:
     matrix: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     options: str = ""
     nearest: bool = False
+    tiles: Mapping[int, Callable[[], bytes]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -240,7 +242,7 @@ def find_keys_unknown_to_gltf(looks: Iterable[Material]) -> list[str]:
     return [key for key in keys if key not in KEYS_IN_GLTF]
 
 
-MOVE_HINT = "--bake texture (in Python, bake_texture) moves them"
+MOVE_HINT = "unwrap --bake texture moves them, along the same seams with --seams uv (in Python, bake_texture)"
 REPLACED_HINT = "the baked image replaces them"
 
 

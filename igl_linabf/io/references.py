@@ -5,13 +5,19 @@ file from a stranger may refer to any file of this computer.
 """
 
 import os
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..charts import FIRST_UDIM_TILE
 from ..errors import MeshError
 
 REMEDY = "move the file into it, or allow the reference by --allow-outside (in Python, allow_outside=True)"
+
+
+MAX_UDIM_PAGES = 100  # rows of ten pages: the tiles 1001 to 1100
+TILE_PATTERN = re.compile(r"<UDIM>|(?<!\d)1001(?!\d)", re.IGNORECASE)  # the tile in the name of an image
 
 
 @dataclass(frozen=True)
@@ -45,6 +51,21 @@ class Folder:
                 f"the reference {name} leads out of the folder {self.root or self.path}: {REMEDY}"
             )
         return file
+
+    def find_tiles(self, name: str) -> dict[int, Path]:
+        """Return the files of an image of UDIM tiles by page; {} for an image without tiles.
+
+        The name contains <UDIM>, or it contains 1001 and there is a file for another tile.
+        """
+        places = [*TILE_PATTERN.finditer(name)]
+        if not places:
+            return {}
+        begin, end = places[-1].span()
+        tiles = {
+            page: f"{name[:begin]}{FIRST_UDIM_TILE + page}{name[end:]}" for page in range(MAX_UDIM_PAGES)
+        }
+        found = {page: file for page, tile in tiles.items() if (file := self.find(tile)) is not None}
+        return found if len(found) > 1 or places[-1][0].upper() == "<UDIM>" else {}
 
     def has(self, name: str) -> bool:
         """Return True if a reference points to an existing file, and may be followed."""

@@ -1,11 +1,13 @@
 """Look up values of images at texture coordinates."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
 from .._types import FloatArray, IntArray
+from ..charts import UDIM_ROW
 
 Wrap = Literal["repeat", "clamp", "mirror"]
 
@@ -24,12 +26,28 @@ class Picture:
         Affine map from texture coordinates (u, v, 1), with v pointing up, to image coordinates.
     nearest : bool
         Whether a lookup returns the nearest pixel instead of interpolating, for example for pixel art.
+    tiles : mapping of int to (#rows, #columns, k) float64
+        Pixels of the UDIM tiles by page, if the image consists of tiles; `pixels` are then those of any tile.
     """
 
     pixels: FloatArray
     wrap: tuple[Wrap, Wrap] = ("repeat", "repeat")
     matrix: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     nearest: bool = False
+    tiles: Mapping[int, FloatArray] = field(default_factory=dict)
+
+    def select_tile(self, page: int) -> "Picture":
+        """Return the UDIM tile of a page, in its place. It continues with its border pixels."""
+        column, row = page % UDIM_ROW, page // UDIM_ROW
+        (a, b, x), (c, d, y) = self.matrix
+        matrix = ((a, b, x - column), (c, d, y - row))
+        return replace(self, pixels=self.tiles[page], wrap=("clamp", "clamp"), matrix=matrix, tiles={})
+
+    def find_pages(self, uv: FloatArray) -> IntArray:
+        """Return the page on which texture coordinates (n, 2) lie in the image, -1 beyond ten columns."""
+        column, row = np.floor(np.array(self.matrix) @ np.vstack((uv.T, np.ones(len(uv)))))
+        inside = (column >= 0) & (column < UDIM_ROW) & (row >= 0)
+        return np.where(inside, column + UDIM_ROW * row, -1).astype(np.int64)
 
     def at(self, uv: FloatArray) -> FloatArray:
         """Return values (n, k) at texture coordinates (n, 2), with v pointing up, by bilinear interpolation.

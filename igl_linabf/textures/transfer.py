@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..charts import Atlas, page_size
+from ..charts import FIRST_UDIM_TILE, Atlas, page_size
 from ..errors import MeshError, some
 from ..surface import Polygons, unit_vectors, vertex_array
 from .baking import check_image_memory, check_padding, check_vertices, list_pages, paint_page
@@ -97,6 +97,7 @@ def bake_texture(
     uv, is_bare = _get_old_coordinates(F, TC, FTC, atlas)
     pictures = _convert_images(images)
     label = _get_labels(labels, len(uv), len(pictures), atlas)
+    pictures, label = _separate_tiles(pictures, label, uv, ~is_bare)
     frames = None if normals is None else _compute_frames(positions, atlas, uv, normals)
     widths = {picture.pixels.shape[2] for picture in pictures if picture is not None}
     channels = (3 if max(widths) >= 3 else 1) + bool(widths & {2, 4})  # colours or grey, plus alpha
@@ -178,6 +179,32 @@ def _convert_images(images: Any) -> list[Picture | None]:
     if all(picture is None for picture in made):
         raise MeshError("no face has an image: give an image for at least one label")
     return made
+
+
+def _separate_tiles(
+    pictures: list[Picture | None], label: IntArray, uv: FloatArray, is_mapped: BoolArray
+) -> tuple[list[Picture | None], IntArray]:
+    """Replace images of UDIM tiles by their tiles; return the pictures and the picture of each triangle.
+
+    The middle of a triangle (#T, 3, 2) decides which tile it uses.
+    """
+    separated, label = pictures.copy(), label.copy()
+    for k, picture in enumerate(pictures):
+        if picture is None or not picture.tiles:
+            continue
+        mine = np.flatnonzero((label == k) & is_mapped)
+        pages = picture.find_pages(uv[mine].mean(axis=1))
+        lacking = ~np.isin(pages, list(picture.tiles))
+        if lacking.any():
+            tiles = np.unique(pages[lacking & (pages >= 0)]) + FIRST_UDIM_TILE
+            where = f"the UDIM tiles {some(tiles)}, which their image lacks" if len(tiles) else "no UDIM tile"
+            raise MeshError(
+                f"triangles {some(mine[lacking])} are on {where}: add the tiles, or move the charts"
+            )
+        for page in np.unique(pages).tolist():
+            label[mine[pages == page]] = len(separated)
+            separated.append(picture.select_tile(page))
+    return separated, label
 
 
 def _get_labels(labels: ArrayLike | None, n_triangles: int, number: int, atlas: Atlas) -> IntArray:

@@ -14,7 +14,7 @@ from scipy.ndimage import map_coordinates
 
 from igl_linabf import MeshError, MeshWarning, Packing, unwrap
 from igl_linabf.cli import main
-from igl_linabf.io import MeshFile, image_maps, read_file
+from igl_linabf.io import MeshFile, image_maps, read_file, write_file
 from igl_linabf.textures import Picture, bake, bake_texture
 from igl_linabf.textures.texels import find_covered_texels
 
@@ -428,3 +428,57 @@ def test_images_that_the_format_cannot_store_are_reported(tmp_path: Path) -> Non
         }
         write_file(tmp_path / "out.obj", mesh, atlas.TC, atlas.FTC, moved)
     assert (tmp_path / "out.png").exists()
+
+
+TILE_COLOURS = {1001: (255, 0, 0), 1002: (0, 255, 0), 1011: (0, 0, 255)}
+
+
+def write_tiles(folder: Path, name: str, suffix: str) -> Path:
+    """Write a body of three squares, each of which fills one UDIM tile."""
+    for tile, colour in TILE_COLOURS.items():
+        Image.new("RGB", (8, 8), colour).save(folder / f"skin.{tile}.png")
+    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    corners = np.concatenate([square + np.array([k % 10, k // 10]) for k in (0, 1, 10)])
+    V = np.column_stack((corners * 1.5, np.zeros(len(corners))))
+    (folder / "skin.mtl").write_text(f"newmtl skin\nmap_Kd {name}\n")
+    lines = ["mtllib skin.mtl", *(f"v {x} {y} {z}" for x, y, z in V), *(f"vt {u} {v}" for u, v in corners)]
+    faces = (np.arange(12).reshape(3, 4) + 1).tolist()
+    lines += ["usemtl skin", *(f"f {' '.join(f'{i}/{i}' for i in face)}" for face in faces)]
+    (folder / "in.obj").write_text("\n".join(lines))
+    if suffix == ".obj":
+        return folder / "in.obj"
+    mesh = read_file(folder / "in.obj")
+    write_file(folder / "in.gltf", mesh, mesh.TC, mesh.FTC, {"baseColorTexture": np.ones((1, 1, 3))})
+    text = json.loads((folder / "in.gltf").read_text())
+    text["images"] = [{"uri": name.replace("<", "%3C").replace(">", "%3E")}]
+    (folder / "in.gltf").write_text(json.dumps(text))
+    return folder / "in.gltf"
+
+
+@pytest.mark.parametrize("name", ["skin.<UDIM>.png", "skin.1001.png"])
+@pytest.mark.parametrize("suffix", [".obj", ".gltf"])
+def test_each_chart_keeps_its_udim_tile(name: str, suffix: str, tmp_path: Path) -> None:
+    source = write_tiles(tmp_path, name, suffix)
+    assert main(["unwrap", str(source), "-o", str(tmp_path / "out.glb"), *BAKE_TEXTURE]) == 0
+    mesh = read_file(tmp_path / "out.glb")
+    (new,) = image_maps(mesh)["baseColorTexture"]
+    rng = np.random.default_rng(0)
+    for face, colour in enumerate(TILE_COLOURS.values()):
+        weights = rng.dirichlet(np.ones(len(mesh.FTC[face])), 200)
+        assert np.allclose(new.at(weights @ mesh.TC[mesh.FTC[face]]) * 255, colour, atol=1)
+
+
+def test_a_missing_udim_tile_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    source = write_tiles(tmp_path, "skin.<UDIM>.png", ".obj")
+    (tmp_path / "skin.1011.png").unlink()
+    assert main(["unwrap", str(source), "-o", str(tmp_path / "out.glb"), *BAKE_TEXTURE]) == 2
+    assert "triangles 4, 5 are on the UDIM tiles 1011, which their image lacks" in capsys.readouterr().err
+
+
+def test_a_single_file_named_1001_repeats(tmp_path: Path) -> None:
+    source = write_tiles(tmp_path, "skin.1001.png", ".obj")
+    for tile in (1002, 1011):
+        (tmp_path / f"skin.{tile}.png").unlink()
+    (picture,) = image_maps(read_file(source))["baseColorTexture"]
+    assert not picture.tiles
+    assert np.allclose(picture.at(np.array([[1.5, 0.5]])) * 255, TILE_COLOURS[1001])

@@ -4,6 +4,14 @@ Input: flat charts. Output: the page, position and turn of each chart, at one co
 """
 
 from .common_pages import pack_together
-from .packing import UDIM_ROW, PackedChart, PackingRequest, measure_fill, pack_charts, pack_maps
+from .packing import (
+    FIRST_UDIM_TILE,
+    UDIM_ROW,
+    PackedChart,
+    PackingRequest,
+    measure_fill,
+    pack_charts,
+    pack_maps,
+)
 from .page_splits import MOST_TRIAL_CHARTS, cut_for_fill, cut_to_fit
 from .spacing import Packing, page_size, resolve_packing

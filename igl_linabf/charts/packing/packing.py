@@ -25,6 +25,7 @@ from .layout_search import Charts, Layout, find_fixed_layout, find_largest_layou
 from .outlines import outlines, rectangles
 from .spacing import Packing, Spacing, page_size, resolve_packing
 
+FIRST_UDIM_TILE = 1001
 UDIM_ROW = 10  # pages side by side: UDIM tile 1001 + k is in column k % 10
 SINGLE_CHART_TURNS = 1_000  # rotations within 90 degrees that are tried for the smallest page of one chart
 MAX_HULL_POINTS = 2_000  # largest number of points of the convex hull that are rotated

@@ -132,7 +132,12 @@ def _make_image_map(gltf: Gltf, use: TextureUse) -> ImageMap:
     upwards = ((float(a), float(-b), float(b + x)), (float(-c), float(d), float(1 - d - y)))
     nearest = sampler.get("magFilter") == Filter.NEAREST
     read = partial(_read_image, gltf, texture)
-    return ImageMap(use.key, read, str(_find_image(texture)), (wrap[0], wrap[1]), upwards, nearest=nearest)
+    number, tiles = _find_image(texture), {}
+    if number is not None:
+        uri = str(gltf.text["images"][number].get("uri", "data:"))
+        files = {} if uri.startswith("data:") else gltf.folder.find_tiles(unquote(uri))
+        tiles = {page: file.read_bytes for page, file in files.items()}
+    return ImageMap(use.key, read, str(number), (wrap[0], wrap[1]), upwards, nearest=nearest, tiles=tiles)
 
 
 def _find_image(texture: dict[str, Any]) -> int | None:

@@ -244,7 +244,7 @@ def _embed_images(text: dict[str, Any], old: Folder, new: Path, buffer: Buffer) 
             find_referenced_file(image.get("uri"), old),
             MIME_TYPES.get(Path(str(image.get("uri"))).suffix.lower()),
         )
-        if file is not None and kind is not None:
+        if file is not None and kind is not None and not old.find_tiles(unquote(image["uri"])):
             del image["uri"]
             image |= {"bufferView": buffer.put(file.read_bytes()), "mimeType": kind}
     for holder, key in iterate_uris(text):

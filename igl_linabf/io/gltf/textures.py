@@ -4,7 +4,8 @@ import copy
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..materials import BLACK, COLOUR, FIRST_UDIM_TILE, ImageMap, Material
+from ...charts import FIRST_UDIM_TILE
+from ..materials import BLACK, COLOUR, ImageMap, Material
 from ..mesh_file import Images
 from .extensions import VARIANTS
 from .images import (

@@ -53,6 +53,7 @@ def _parse_map_line(line: str, folder: Folder) -> list[ImageMap]:
     )
     name = " ".join(rest)
     kind = KIND_OF_KEYWORD.get(word.lower(), word)
+    tiles = {page: file.read_bytes for page, file in folder.find_tiles(name).items()}
     return [
         ImageMap(
             kind,
@@ -61,6 +62,7 @@ def _parse_map_line(line: str, folder: Folder) -> list[ImageMap]:
             (wrap, wrap),
             ((scale[0], 0.0, offset[0]), (0.0, scale[1], offset[1])),
             options,
+            tiles=tiles,
         )
     ]
 

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from ..._types import IntArray
+from ...charts import FIRST_UDIM_TILE
 from ...errors import MeshWarning, stack_level
 from ..materials import (
     COLOUR,
     DEFAULT_MATERIAL,
-    FIRST_UDIM_TILE,
     MOVE_HINT,
     MTL_KEYWORDS,
     Material,
