@@ -26,7 +26,7 @@ from .system import Constraints
 
 
 class Corner(IntEnum):
-    """The angles of a triangle, as offsets from its corner k in a fan."""
+    """The three corners of a triangle, as index offsets from its corner at the centre of a fan."""
 
     OWN = 0  # the angle alpha at the centre of the fan
     LEFT = 1  # the left angle beta
@@ -61,7 +61,7 @@ def fan_rows(
 
 
 def vertex_rows(constraints: Constraints) -> sparse.csr_array:
-    """Return the left-hand side of eq. 5, (#rows, 3 #F): sum e."""
+    """Return the matrix of eq. 5, (#rows, 3 #F). Each row sums the angle errors at one vertex."""
     return fan_rows(constraints, np.ones(constraints.topology.corner.shape), Corner.OWN)
 
 

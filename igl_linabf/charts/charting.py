@@ -48,7 +48,7 @@ MAX_TIP_FLIPS = 0.05  # share of flipped faces up to which flips are attributed 
 MAX_SEAM_ROUNDS = 8  # rounds of additional seams against flips or stretch, before a piece is halved
 MAX_SEAM_ROUNDS_WITH_MANY_FLIPS = 2  # `MAX_SEAM_ROUNDS` if the share of flips is above `MAX_TIP_FLIPS`
 MAX_TRADE_DOUBLINGS = 12  # number of times that `trade` is doubled to find more seams
-# Search for seams if the stretch to save is worth a seam of this length, in square roots of the area.
+# Search for seams only if the saved stretch would pay for a seam of this length, relative to sqrt(area).
 MIN_SOUGHT_SEAM_LENGTH = 1.0
 MAX_EVEN_ROUNDS = 3  # rounds of additional seams for an even texel density
 MAX_FLIP_ROUNDS = 20  # rounds of cuts against flips; the last rounds halve the piece

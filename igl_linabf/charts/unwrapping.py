@@ -238,7 +238,7 @@ def _pack_with_period(
 def _set_scales(
     surface: Submesh, done: list[tuple[Chart, Submesh]], unseen: float
 ) -> list[tuple[Chart, Submesh]]:
-    """Set `Chart.scale` of the charts that no ray from outside reaches to `unseen`."""
+    """Set `Chart.scale` to `unseen` for charts that no ray from outside reaches."""
     if unseen == 1:
         return done
     rows = [np.searchsorted(surface.faces, piece.faces) for _, piece in done]

@@ -39,7 +39,7 @@ class Hemisphere:
 
     @classmethod
     def of_subject(cls, subject: str | os.PathLike[str], name: HemisphereName) -> Hemisphere:
-        """Read the surface `surf/?h.fiducial` of a subject, or the mean of surfaces that replace it.
+        """Read a subject's `surf/?h.fiducial` or, if it is missing, the mean of its white and pial surfaces.
 
         Raises
         ------

@@ -108,7 +108,7 @@ def build_template(sphere: FloatArray, F: IntArray, kept: IntArray, name: str = 
 
 
 def _trace_branches(edges: IntArray, price: FloatArray, wall: BoolArray, inside: BoolArray) -> list[IntArray]:
-    """Return the paths of the cuts from their tips to the wall or to an earlier path, longest first."""
+    """Return paths of cuts, longest first, from their tips to the medial wall or to an earlier path."""
     ends, paths = wall.copy(), list[IntArray]()
     while True:
         distance, before = compute_distances(edges, price, np.flatnonzero(ends), len(wall))

@@ -35,7 +35,7 @@ from .result import (
 )
 
 MAX_SHARED_FACES = 10_000  # number of triangles of the largest mesh that shares its linear system
-FACES_PER_SYSTEM = 4 * MAX_SHARED_FACES  # number of triangles at which a shared linear system is complete
+FACES_PER_SYSTEM = 4 * MAX_SHARED_FACES  # triangles from which a shared system is full
 
 Arrays = tuple[FloatArray, IntArray]
 

@@ -18,7 +18,7 @@ from .parsing import (
     make_polygons,
     parse_indices,
     parse_table,
-    raise_damage,
+    raise_damaged_line,
     split_rows,
 )
 
@@ -65,10 +65,10 @@ def parse_off(data: bytes) -> MeshFile:
     rows, line_numbers = rows[n:], line_numbers[n:]
     polygons = parse_table(rows, line_numbers, FACE_PROPERTIES, INVALID_FACE)["corners"]
     for i in np.flatnonzero(np.asarray(polygons.sizes) < 3)[:1]:
-        raise_damage(line_numbers[i], rows[i], INVALID_FACE)
+        raise_damaged_line(line_numbers[i], rows[i], INVALID_FACE)
     faces = make_polygons(polygons)
     for i in faces.outside(n)[:1]:
-        raise_damage(line_numbers[i], rows[i], f"refers to a vertex outside 0..{n - 1}")
+        raise_damaged_line(line_numbers[i], rows[i], f"refers to a vertex outside 0..{n - 1}")
     face_colours, other = _parse_face_colours(rows, faces.sizes.tolist())
     lost = {
         "numbers after the positions of its vertices": vertex_data.unknown,

@@ -165,7 +165,7 @@ def parse_name(line: bytes) -> bytes:
     return (line.split(None, 1)[1:] or [b""])[0].strip()
 
 
-def raise_damage(line: int, text: bytes, what: str) -> NoReturn:
+def raise_damaged_line(line: int, text: bytes, what: str) -> NoReturn:
     """Raise `Damaged` for a line, by its number and text; `what` describes the problem."""
     raise Damaged(f"line {line}, {quote_line(text)}, {what}")
 
@@ -269,7 +269,7 @@ def _parse_rows(
             )
             entry: Sequence[float] = read(words[k : k + n], n) if n >= 0 else []
             if len(entry) != n:
-                raise_damage(line, text, what)
+                raise_damaged_line(line, text, what)
             column.extend(entry)
             k += n
     return {

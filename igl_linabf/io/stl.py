@@ -19,7 +19,7 @@ from .parsing import (
     decode_utf8,
     parse_name,
     parse_numbers,
-    raise_damage,
+    raise_damaged_line,
 )
 
 COLOUR_TAG = b"COLOR="  # precedes the body colour that Magics writes into the title: 4 bytes RGBA
@@ -104,14 +104,14 @@ def _parse_text(data: bytes) -> tuple[FloatArray, FaceLabels | None]:
         if key == b"vertex" and inside:
             values = parse_numbers(words[1:4], 3)
             if not values:
-                raise_damage(line, text, "is not a vertex: it needs three numbers")
+                raise_damaged_line(line, text, "is not a vertex: it needs three numbers")
             V.extend(values)
         elif key in (b"outer", b"endloop"):
             if len(V) % 9 or inside == (key == b"outer"):
-                raise_damage(line, text, "is out of place: a loop has three vertices")
+                raise_damaged_line(line, text, "is out of place: a loop has three vertices")
             inside = not inside
         elif key not in (b"solid", b"facet", b"endfacet", b"endsolid") or inside:
-            raise_damage(line, text, "is not understood")
+            raise_damaged_line(line, text, "is not understood")
         elif key == b"solid":
             names.append(decode_utf8(parse_name(text.strip())))
             starts.append(len(V) // 9)

@@ -94,7 +94,7 @@ def pair_seams(
     partner, twisted = find_partners(sides, surface, piece)
     length, flat_length = sides.lengths(surface), sides.lengths(flat)
     seams = list[PatternSeam]()
-    for one in _trace_runs(sides, partner, _find_continued_sides(sides, partner, twisted)):
+    for one in _trace_runs(sides, partner, _mark_continued_sides(sides, partner, twisted)):
         other, same_way = partner[one], bool(twisted[one[0]])
         tail, head = (sides.start, sides.end) if same_way else (sides.end, sides.start)
         seams.append(
@@ -138,7 +138,7 @@ def find_partners(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[I
     return partner, twisted
 
 
-def _find_continued_sides(sides: Sides, partner: IntArray, twisted: BoolArray) -> BoolArray:
+def _mark_continued_sides(sides: Sides, partner: IntArray, twisted: BoolArray) -> BoolArray:
     """Return a mask of the sides whose seam continues along the next side of the outline."""
     after = sides.after
     here = (partner >= 0) & (partner[after] >= 0) & (twisted == twisted[after])
@@ -147,7 +147,7 @@ def _find_continued_sides(sides: Sides, partner: IntArray, twisted: BoolArray) -
 
 
 def _trace_runs(sides: Sides, partner: IntArray, continued: BoolArray) -> Iterator[IntArray]:
-    """Yield, for each seam, the consecutive sides along one of its two parts."""
+    """Yield, for each seam, the consecutive boundary edges along one of the two sides of the seam."""
     done = np.zeros(len(partner), dtype=bool)
     for first in np.flatnonzero(partner >= 0).tolist():
         if done[first]:

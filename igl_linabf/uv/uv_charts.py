@@ -70,7 +70,7 @@ class UVCharts:
     def of(
         cls, V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike, labels: ArrayLike | None = None
     ) -> UVCharts:
-        """Check the arrays, and merge equal corners; `labels` are the images of the faces.
+        """Check the arrays, and merge equal corners; `labels` has the texture image of each face.
 
         Raises
         ------
@@ -269,7 +269,7 @@ class UVCharts:
 
     @cached_property
     def _same_triangles(self) -> IntArray:
-        """For each chart, the first chart that has the same triangles in the map."""
+        """For each chart, the first chart stacked with it: with the same texture coordinates."""
         step = max(float(np.abs(self.uv).max(initial=0)), 1.0) * SAME_POINT_TOL
         place = _merge_equal_rows(np.round(self.uv / step))[1]
         kind = _merge_equal_rows(np.sort(place[self.F], axis=1).astype(np.float64))[1]

@@ -79,7 +79,7 @@ class AngleProblem:
         return self.at(self.estimate)
 
     def at(self, alpha: FloatArray) -> Iterate:
-        """Return the iterate at given angles, (3, #F) radians."""
+        """Return the angles, (3, #F) radians, together with their residuals and cotangents."""
         return Iterate.of(self.constraints, alpha)
 
     def invalid(self, at: Iterate) -> BoolArray:

@@ -44,8 +44,8 @@ def inscribed_sums(log_ratio: FloatArray, hole: bool) -> FloatArray:
 
     With `hole`, the mesh lies outside the loop; otherwise inside.
     """
-    centre = central_angles(log_ratio)
-    turning = (centre + np.roll(centre, 1)) / 2
+    central = central_angles(log_ratio)
+    turning = (central + np.roll(central, 1)) / 2
     return np.asarray(np.pi + turning if hole else np.pi - turning)
 
 
@@ -65,10 +65,10 @@ def predict_change(log_ratio: FloatArray, turning: FloatArray, hole: bool) -> Fl
     hole : bool
         Whether the mesh lies outside the loop.
     """
-    centre = central_angles(log_ratio)
-    share, at = (centre + np.roll(centre, 1)) / 2, np.concatenate(([0.0], np.cumsum(centre)[:-1]))
+    central = central_angles(log_ratio)
+    share, at = (central + np.roll(central, 1)) / 2, np.concatenate(([0.0], np.cumsum(central)[:-1]))
     missing = turning + share if hole else turning - share
-    mean = (centre**2).sum() / (2 * np.pi)  # mean central angle over the circle
+    mean = (central**2).sum() / (2 * np.pi)  # mean central angle, weighted by arc length
     k = np.arange(1.0, 1 + min(MOST_WAVES, int(2 * np.pi / (SIDES_PER_WAVE * mean))))
     wave = np.cumprod(np.broadcast_to(np.exp(1j * at), (len(k), len(at))), axis=0)
     gain = -1 / (k + 1) if hole else np.where(k > 1, 1 / np.maximum(k - 1, 1), 0.0)

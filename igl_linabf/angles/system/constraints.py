@@ -45,7 +45,7 @@ class ClosedPath:
 
 @dataclass(frozen=True, eq=False)
 class HolonomyResidual:
-    """The gaps of loops and closed paths that are drawn from the angles (docs/holes.md).
+    """Closure gaps: how far loops and closed paths fail to close in the plane (docs/holes.md).
 
     Before the loop of a hole is drawn, its exterior angles are shifted evenly to sum to -2 pi, and the
     logarithms of its length ratios to sum to 0. The derivative is the mean over all starting vertices, and

@@ -108,7 +108,7 @@ class HolonomyRows:
         return summed
 
     def gap(self, drawn: HolonomyResidual, vertex: FloatArray) -> FloatArray:
-        """Return the gaps that the rows have to close, (#T,), at other angles.
+        """Return the residuals of the constraint rows, (#T,), at the given angles.
 
         `vertex` are the residuals of the vertex constraints at these angles.
         """

@@ -36,11 +36,11 @@ def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_arr
         return vertex
     wheel = laplacian.factor(with_identity(lower, system.constraints.wheels).data)
 
-    def both(pairs: FloatArray) -> FloatArray:
+    def solve_pairs(pairs: FloatArray) -> FloatArray:
         k = pairs.shape[1] // 2
         return np.hstack((vertex.solve(pairs[:, :k]), wheel.solve(pairs[:, k:])))
 
-    return Factor(vertex.name, both)
+    return Factor(vertex.name, solve_pairs)
 
 
 @dataclass(frozen=True, eq=False)

@@ -87,7 +87,7 @@ class System:
         return K
 
     def _conformal(self, w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
-        """Return the weights of the half-edges of some faces in s K or K, (3, #faces)."""
+        """Return the half-edge weights of faces, (3, #faces): entries of s K, or of K if it is not scaled."""
         if not self._scaled:
             return cot / 2
         return _core.conformal_weights(w, d, cot)

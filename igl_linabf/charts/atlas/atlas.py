@@ -227,7 +227,7 @@ class Atlas:
         return said
 
     def _find_smallest_faces(self, number: int) -> IntArray:
-        """Return the faces of the `number` smallest triangles of the map, among those with three corners."""
+        """Return the `number` smallest faces of the map, without those that repeat a corner."""
         F = self.triangles
         rows = np.flatnonzero(distinct_corners(F))
         area = np.abs(signed_double_areas(complex_positions(self.TC), F[rows].T))

@@ -194,7 +194,7 @@ def _flatten_component(
     """Return the component cut along its seam, its map, and the angle sums of the cones in the map."""
     start, place = perf_counter(), chosen.place
     component, piece = place.component, place.piece
-    seam = find_seam(piece, piece.node[chosen.own], place.handle_cut)
+    seam = find_seam(piece, piece.node[chosen.own], place.handle_cut_graph)
     (cut,) = component.cut_at(component.cuttable_edges[seam])
     advance("seams", 0.2)
     mesh = replace(build_planar_mesh(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
@@ -253,7 +253,7 @@ def _reuse_laplacian(chosen: ComponentCones) -> KnownLaplacian | None:
     piece = chosen.place.piece
     large = piece.graph.n >= MIN_KNOWN_FACTOR_NODES
     even = large and piece.laplacian.thin_share <= MAX_KNOWN_FACTOR_THIN_SHARE
-    return KnownLaplacian(chosen.scale.known_factor, left_out, even)
+    return KnownLaplacian(chosen.scale.ground_free_factor, left_out, even)
 
 
 def _split_overlaps(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:

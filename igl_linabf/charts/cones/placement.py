@@ -103,14 +103,14 @@ class ConeComponent:
         return ClosedSurface.of(self.component)
 
     @cached_property
-    def handle_cut(self) -> IntArray:
+    def handle_cut_graph(self) -> IntArray:
         """Edges of `piece` that form a cut graph of the handles."""
         return cut_handles(self.piece)
 
     @cached_property
     def paths(self) -> tuple[ClosedPath, ...]:
         """Closed paths around holes and along handles, from `find_closed_paths`; independent of the cones."""
-        seam = find_seam(self.piece, np.zeros(0, dtype=np.int64), self.handle_cut)
+        seam = find_seam(self.piece, np.zeros(0, dtype=np.int64), self.handle_cut_graph)
         return find_closed_paths(self.component, self.piece.graph, seam)
 
     @cached_property

@@ -17,8 +17,8 @@ from .scale import ConeScale
 STRETCH_SAMPLES = 4_000  # number of sample nodes for estimates of the stretch
 MAX_EXCHANGES = 500  # largest number of exchanges of a quarter turn between two cones
 EXCHANGE_GAIN = 0.999  # an exchange must lower the squared stretch by this factor
-PAIRED_EXCHANGES = 160  # number of exchanges, those of least stretch, that are tried in pairs
-ESTIMATED_PAIRS = 150  # number of pairs of exchanges, best by a quadratic form, that are fully evaluated
+PAIRED_EXCHANGES = 160  # number of exchanges of least stretch that are combined in pairs
+MAX_EVALUATED_PAIRS = 150  # number of pairs evaluated in full, after a quadratic estimate ranks all pairs
 DISTORTION_PER_LOG_STRETCH = 30.0  # increase of the log stretch that is as bad as an F/3nt of 1
 
 
@@ -126,7 +126,7 @@ class QuantisedCurvatures:
         one = self._log_squared_stretch(base + changed)
         mixed = 4 * changed @ self._variance[1] @ changed.T  # the mixed term of the quadratic form
         squared = one[i] + one[j] - one[0] + 2 * mixed[i, j]
-        best = np.argsort(missing + squared / 2, kind="stable")[:ESTIMATED_PAIRS]
+        best = np.argsort(missing + squared / 2, kind="stable")[:MAX_EVALUATED_PAIRS]
         chosen = best[np.argmin(missing[best] + self._log_stretch(base + both[best]))]
         return self._to_nodes(base + both[chosen]), quantise_holonomy(path_turns[[chosen]], holonomy.cost)[0]
 

@@ -91,7 +91,7 @@ class ConeScale:
         return self.others if self.first < 0 else np.append(self.first, self.others)
 
     @property
-    def known_factor(self) -> Factor | None:
+    def ground_free_factor(self) -> Factor | None:
         """Factorisation of L restricted to the nodes outside the ground; None if weights were clipped."""
         zero, piece = self.laplacian, self.piece
         if zero is not piece.laplacian.dirichlet_of_cotangents or zero is piece.laplacian.dirichlet:

@@ -106,7 +106,7 @@ class SurfaceGraph:
         return int(nodes[0]), self.edges_between(nodes[on], nodes[on + 1])
 
     def boundary_nodes(self, seam: IntArray) -> IntArray:
-        """Return the nodes on the boundary of the surface cut along a seam: its nodes and the holes."""
+        """Return the boundary nodes after a cut along a seam: nodes of the seam and of the holes."""
         passed = np.zeros(self.n, dtype=bool)
         passed[: self.n_holes], passed[self.ends[seam]] = True, True
         return np.flatnonzero(passed)

@@ -24,16 +24,16 @@ from .curvature import Smoothing, dihedral_angles, flat_share, mean_curvature
 
 HIDING = 3.0  # factor on the length of edges in full view, and divisor of the length of hidden edges
 HIDING_ON_BACK = 2.0  # `HIDING` for hide="back"; lower, because the back is only estimated
-MIN_BODY_SHARE = 0.01  # least share of all triangles of a component whose front is determined
-MIN_DETAILED_FACES = 300  # least number of triangles of a component whose front is determined
+MIN_BODY_SHARE = 0.01  # a component with a smaller share of all triangles is hidden nowhere
+MIN_DETAILED_FACES = 300  # the front side is not determined for components with fewer triangles
 FINE_SCALE = 0.01  # scale of details, relative to the square root of the area
 COARSE_SCALE = 0.05  # scale of limbs, relative to the square root of the area
-MAX_SALIENCE_STEPS = 60  # largest number of averages over adjacent vertices that reach the coarse scale
+MAX_SALIENCE_STEPS = 60  # largest number of one-ring averages to reach the coarse scale
 CLEAR_FRONT = 0.1  # length of the salience-weighted mean normal from which the front is unambiguous
 MIN_FRONT_SHARE = 0.1  # share of `CLEAR_FRONT` below which a component has no front
 
-SMOOTHING_REACH = 0.02  # distance over which hiding is averaged, in square roots of the area
-MAX_SMOOTHING_STEPS = 30  # largest number of averages of hiding over adjacent vertices
+SMOOTHING_REACH = 0.02  # distance over which the visibility is smoothed, relative to sqrt(area)
+MAX_SMOOTHING_STEPS = 30  # largest number of one-ring averages that smooth the visibility
 
 Hiding = ArrayLike | Literal["back"]
 

@@ -89,7 +89,7 @@ class FlatChart:
 
     @cached_property
     def rim(self) -> tuple[IntArray, IntArray]:
-        """The vertices of the boundary edges, (#B, 2), and the atom on the left of each."""
+        """The vertices of the boundary edges, (#B, 2), and the uncuttable face patch (atom) left of each."""
         topology = self.piece.topology
         at = topology.sides[1] < 0
         return topology.edges[at], self.atom[topology.sides[0, at] % len(self.piece.F)]

@@ -47,7 +47,7 @@ class TrialPage:
         return TRIAL_GRID / float(np.sqrt(self.area / self.spacing.aspect / EXPECTED_FILL))
 
     def draw_charts(self, outlines: Sequence[Outline]) -> list[TrialChart]:
-        """Return the trial charts of outlines, which must be turned to their narrowest rectangles."""
+        """Rasterise outlines, which are rotated to their narrowest rectangles, in several rotations."""
         sides = Ragged.of_sizes([len(outline.start) for outline in outlines])
         sizes = coordinates(rectangles(np.concatenate([outline.start for outline in outlines]), sides)[1])
         areas = np.array([outline.area for outline in outlines])

@@ -35,7 +35,7 @@ MAX_OVERLAP_DEPTH = 2e-6
 SAME_MOTION = 1e-3
 PLANAR_SHARE_OF_ROUNDED = 0.3  # least share of area in large planes of a component with rounded creases
 ROUNDED_PLAY = 2e-3  # largest gap and overlap depth at rounded creases, relative to the extent
-ROUNDED_PLAY_OF_EDGE = 0.1  # largest gap at an edge of a rounded crease, relative to the edge length
+ROUNDED_PLAY_OF_EDGE = 0.1  # largest gap between two joined panels at a rounded edge, over the edge length
 ROUNDED_DEPTH_OF_HEIGHT = 0.3  # largest overlap depth of a fillet's face, relative to the height of the face
 SAME_ROUNDED_MOTION = 1e-2  # `SAME_MOTION` at rounded creases
 
@@ -83,7 +83,7 @@ class Panels:
         return np.asarray(MAX_CREASE_GAP * self.creased.edge_extent[rows])
 
     def max_depths(self, z: ComplexArray) -> FloatArray:
-        """Return the depth up to which each unfolded face of `z` may overlap other faces."""
+        """Return the tolerated overlap depth of each face of the map `z`, (#F,)."""
         extent = self.creased.extent[self.creased.label]
         return compute_overlap_depths(z, extent, MAX_OVERLAP_DEPTH)
 

@@ -11,7 +11,7 @@ NEIGHBOURHOOD = np.array([a + 1j * b for a in (-1, 0, 1) for b in (-1, 0, 1)])
 
 
 def find_nearest_integers(form: ComplexArray, wanted: ComplexArray) -> ComplexArray:
-    """Return complex integers q that make the Hermitian form of q - wanted small.
+    """Return Gaussian integers `q` that make the Hermitian form small at the vector `q - wanted`.
 
     The numbers are rounded one after another, each after a correction for the errors of the previous numbers
     (Babai 1986). The numbers whose errors cost most come first (Wolniansky et al. 1998). A beam search keeps

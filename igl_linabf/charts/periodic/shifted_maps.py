@@ -97,7 +97,7 @@ class ShiftedMaps:
 
     def shift(self, period: float) -> FloatArray:
         """Return the texture coordinates whose seams shift by whole periods, (#TC, 2)."""
-        q, area = self._choose_shifts(period), signed_double_areas(self.z, self.corner)
+        q, area = self._choose_seam_shifts(period), signed_double_areas(self.z, self.corner)
         moved, weight = self._displace(q, period, self._uniform_stiffness), np.ones(len(area))
         for _ in range(MAX_WEIGHTINGS):
             if not (signed_double_areas(moved, self.corner) * area < 0).any():
@@ -116,7 +116,7 @@ class ShiftedMaps:
         d[stiffness.inner] = stiffness.solve(-force[stiffness.inner])
         return np.asarray(shifted + self.turn @ d)
 
-    def _choose_shifts(self, period: float) -> ComplexArray:
+    def _choose_seam_shifts(self, period: float) -> ComplexArray:
         """Return the chosen free shifts, in periods."""
         wanted = self.sides.shift[self.free.edges] / period
         q = np.zeros(len(wanted), dtype=np.complex128)

@@ -287,7 +287,7 @@ class SeamSearch:
 
     def _find_panel_seams(self, creased: CreasedSurface, number: int) -> _PanelSeams:
         """Return the seams of the components that consist of panels, and their costs."""
-        found = _PanelSeams.none(number)
+        found = _PanelSeams.empty(number)
         if not self.trade:
             return found
         for kind in (Panels, RoundedPanels):
@@ -320,9 +320,9 @@ class _PanelSeams:
     cost: FloatArray
 
     @classmethod
-    def none(cls, number: int) -> _PanelSeams:
-        none = np.zeros((0, 2), dtype=np.int64)
-        return cls(none, none[:, 0], np.full(number, np.inf))
+    def empty(cls, number: int) -> _PanelSeams:
+        edges = np.zeros((0, 2), dtype=np.int64)
+        return cls(edges, edges[:, 0], np.full(number, np.inf))
 
     def add(self, components: IntArray, edges: IntArray, label: IntArray, cost: FloatArray) -> None:
         """Add the seams of some components; `label` has the index in `components` for each edge."""

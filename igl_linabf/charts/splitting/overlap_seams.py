@@ -209,9 +209,9 @@ class _Search:
         for k, overlap in enumerate(overlaps):
             flip[overlap.way] |= 1 << k
         # A closed curve separates two sheets if it crosses the path between them an odd number of times. The
-        # search graph has a copy of the vertices for each combination of parities. An edge that crosses a
-        # path leads to the copy in which the parity of this path is flipped. Therefore a seam that separates
-        # all overlaps is a walk from a vertex to the all-odd copy of this vertex.
+        # search graph has a copy of each vertex for each combination of crossing parities. An edge that
+        # crosses the path of an overlap leads to the copy whose parity for this overlap is flipped. Therefore
+        # a seam that separates all overlaps is a walk from a vertex to the all-odd copy of this vertex.
         n, copies = len(indptr) - 1, 1 << len(overlaps)
         walk = shortest_odd_walk(indptr, indices, cost[edge], flip[edge], self._n, copies).tolist()
         path = np.array(_prune_walk(walk, n, self._n), dtype=np.int64)

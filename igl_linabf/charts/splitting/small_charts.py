@@ -49,10 +49,10 @@ def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) ->
     ]
     if not any(small):
         return made
-    of_piece: dict[int, list[_Host]] = {}
+    of_piece: dict[int, list[_GrowingChart]] = {}
     for i, (key, chart, piece) in enumerate(made):
         if split[i] and not small[i] and not chart.overlapping and chart.result.outcome.good:
-            of_piece.setdefault(key[0], []).append(_Host(i, chart, piece))
+            of_piece.setdefault(key[0], []).append(_GrowingChart(i, chart, piece))
     rims = {k: _Rims(hosts, kept) for k, hosts in of_piece.items()}
     taken = set[int]()
     for i in sorted(np.flatnonzero(small).tolist(), key=lambda i: area[i]):
@@ -62,7 +62,7 @@ def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) ->
         if any(run.host.merge(piece, z, run, most_stretch) for run, z in candidate.positions(runs)):
             taken.add(i)
     larger = {host.index: host for hosts in of_piece.values() for host in hosts if host.guests}
-    joined = {i: host.join_guests(made[i]) for i, host in larger.items()}
+    joined = {i: host.append_merged_charts(made[i]) for i, host in larger.items()}
     measured = measure_qualities([(piece, chart.result.uv, 0) for _, chart, piece in joined.values()])
     for (i, (key, chart, piece)), quality in zip(joined.items(), measured, strict=True):
         joined[i] = key, replace(chart, quality=quality), piece
@@ -74,7 +74,7 @@ class _Run(NamedTuple):
 
     Attributes
     ----------
-    host : _Host
+    host : _GrowingChart
     own, of_host : (#R,) int64
         The vertices along the run, in the small chart and in the host.
     at : (#R,) complex128
@@ -82,7 +82,7 @@ class _Run(NamedTuple):
     length : float
     """
 
-    host: _Host
+    host: _GrowingChart
     own: IntArray
     of_host: IntArray
     at: ComplexArray
@@ -142,7 +142,7 @@ class _Candidate:
             return None
 
 
-class _Host:
+class _GrowingChart:
     """A chart, together with the small charts that are merged into it."""
 
     def __init__(self, index: int, chart: Chart, piece: Submesh) -> None:
@@ -191,7 +191,7 @@ class _Host:
         self._squared, self._double_area, self._flat_area = squared, area, flat_area
         return True
 
-    def join_guests(self, entry: Made) -> Made:
+    def append_merged_charts(self, entry: Made) -> Made:
         """Return the chart with all merged charts. `quality` is not updated."""
         key, chart, piece = entry
         V, uv, F, angles = [piece.V], [chart.result.uv], [piece.F], [chart.result.angles]
@@ -237,7 +237,7 @@ class _Host:
 class _Rims:
     """The boundary edges of large charts, except the edges `kept`, indexed by their vertices."""
 
-    def __init__(self, hosts: list[_Host], kept: IntArray) -> None:
+    def __init__(self, hosts: list[_GrowingChart], kept: IntArray) -> None:
         rims, codes = zip(*(host.rim() for host in hosts), strict=True)
         of = np.repeat(np.arange(len(hosts)), [len(rim) for rim in rims])
         n, code = hosts[0].n_given, np.concatenate(codes)

@@ -97,7 +97,7 @@ class Ears:
         return z
 
     def add_to_angles(self, rest: FloatArray, z: ComplexArray) -> FloatArray:
-        """Return the angles of all faces, (3, #F): the angles `rest`, and the angles of ears in the map z."""
+        """Return the angles of all faces, (3, #F): of ears in the map `z`, and `rest` for the other faces."""
         corner, ears = self.whole.topology.corner, np.ones(len(self.whole.double_area), dtype=bool)
         ears[self.faces] = False
         alpha = np.empty(corner.shape)

@@ -27,7 +27,7 @@ from ..parsing import (
     parse_name,
     parse_numbers,
     quote_line,
-    raise_damage,
+    raise_damaged_line,
 )
 from ..references import REMEDY, Folder
 from .maps import attach_maps
@@ -94,7 +94,9 @@ def parse_obj(data: bytes, name: str) -> MeshFile:
     outside = polygons.outside(n)
     if len(outside):
         line = where[b"f"][outside[0]]
-        raise_damage(int(line) + 1, raw[line], f"refers to a vertex outside the {n} vertices of the file")
+        raise_damaged_line(
+            int(line) + 1, raw[line], f"refers to a vertex outside the {n} vertices of the file"
+        )
     unknown = sorted(line for key in where.keys() - STATEMENTS for line in where[key].tolist())
     if unknown and len(sizes):
         warnings.warn(
@@ -278,7 +280,7 @@ def _parse_statement_numbers(
         words = row.split()
         values.append(next((v for k in counts if (v := parse_numbers(words[:k], k))), []))
         if not values[-1]:
-            raise_damage(i + 1, lines[i], what)
+            raise_damaged_line(i + 1, lines[i], what)
     filled = np.full((len(rows), max(map(len, values))), fill)
     for filled_row, row_values in zip(filled, values, strict=True):
         filled_row[: len(row_values)] = row_values
@@ -286,7 +288,7 @@ def _parse_statement_numbers(
 
 
 def _parse_faces(lines: list[bytes], where: dict[bytes, IntArray]) -> tuple[IntArray, IntArray]:
-    """Return vertex, texture and normal indices from 0 at the corners, (#C, 3), and the sizes of the faces.
+    """Return zero-based vertex, texture and normal indices of each corner, (#C, 3), and the sizes of faces.
 
     Missing indices are -1. Relative indices that point before the first `vt` or `vn` line are -2.
     """
@@ -340,7 +342,7 @@ def _parse_faces_by_line(texts: list[bytes], lines: list[bytes], rows: IntArray)
     for text, line in zip(texts, rows.tolist(), strict=True):
         matches = [CORNER_PATTERN.fullmatch(word) for word in text.split()]
         if len(matches) < 3 or None in matches:
-            raise_damage(line + 1, lines[line], INVALID_FACE)
+            raise_damaged_line(line + 1, lines[line], INVALID_FACE)
         index += [(int(m[1]), int(m[2] or 0), int(m[3] or 0)) for m in matches if m is not None]
         sizes.append(len(matches))
     return np.array(index, dtype=np.int64).reshape(-1, 3), np.array(sizes, dtype=np.int64)

@@ -24,7 +24,7 @@ from ..parsing import (
     decode_utf8,
     make_polygons,
     parse_table,
-    raise_damage,
+    raise_damaged_line,
     split_rows,
     triangulate_strips,
 )
@@ -254,7 +254,7 @@ def _parse_header(data: bytes) -> tuple[str, list[Element], list[str], int, int]
             case []:
                 pass
             case _ if line > 1:
-                raise_damage(line, text, "is not understood")
+                raise_damaged_line(line, text, "is not understood")
     if order is None:
         raise Damaged("its header has no line format")
     for element in elements:

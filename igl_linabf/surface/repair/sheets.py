@@ -281,7 +281,7 @@ def _label_fans(F: IntArray, partner: IntArray, corners: IntArray) -> IntArray:
 def _find_coincident_sides(
     F: IntArray, partner: IntArray, triangle: IntArray, loose: IntArray
 ) -> IntArray | None:
-    """Return the sides whose first corner needs its own vertex to make edges distinct, or None.
+    """Return the half-edges whose start vertex must be duplicated so that no two edges have equal ends.
 
     Edges coincide where a surface touches itself along an edge and is connected around both of its ends. Two
     free sides of opposite directions at such an edge are joined instead, which updates `partner`. `loose` are

@@ -21,8 +21,8 @@ inline Index pad_rows(Index rows) { return (rows + GROUP_COLUMNS - 1) & -GROUP_C
 // Return the number of entries of a lower triangle.
 inline Index triangle_size(Index rows) { return rows * (rows + 1) / 2; }
 
-// Rank-k update: subtract the products of the eliminated columns `p` to `last` - 1 of X from the columns `first` to
-// `until` - 1 of Y.
+// Rank-k update: subtract the products of the eliminated columns of X, from `p` to `last` - 1, from columns of Y. These
+// are the columns of Y from `first` to `until` - 1.
 //
 // The column stride is `size` in X and `step` in Y. Row 0 of Y is row `shift` of X. The update processes four columns
 // of X and of Y at a time, which fit into the registers. If the number of columns of Y is not a multiple of four, the

@@ -1,8 +1,8 @@
 // The energy of isometric maps: its value in each triangle, gradient, convexified Hessian, and singularities.
 //
 // The map w -> p w + q conj(w) of a triangle from its own plane has the singular values |p| + |q| and |p| - |q|. With
-// A = |p|^2, B = |q|^2 and J = A - B, the energy is E = c a^weight, where c = (A + B) / J measures angles and
-// a = (J + 1 / J) / 2 measures areas (Degener, Meseth, Klein 2003).
+// A = |p|^2, B = |q|^2 and J = A - B, the energy is E = c a^weight, where c = (A + B) / J measures angle
+// distortion and a = (J + 1 / J) / 2 measures area distortion (Degener, Meseth, Klein 2003).
 #pragma once
 #include "../angles/triangles.hpp"
 

@@ -223,7 +223,7 @@ inline Squares<bool> occupied_cells(Index side, View<const Placement> places, Vi
 }
 
 // Place rectangles on shelves of a square page with occupied cells, and return the lower left corners of the rectangles
-// that fit. A shelf is as high as its first rectangle, and continues behind occupied cells.
+// that fit. A shelf is as high as its first rectangle, and resumes after occupied cells.
 inline std::vector<std::array<double, 2>> pack_shelves(Matrix<const double> sizes, Matrix<const bool> taken) {
     const Index side = taken.rows, n = sizes.rows;
     const Array<std::int32_t> above(side + 1, side);  // number of consecutive free cells from each cell upwards
