@@ -106,7 +106,7 @@ def drop_stale_images(text: dict[str, Any]) -> None:
 
 def find_sampler(text: dict[str, Any], info: dict[str, Any]) -> dict[str, Any] | None:
     """Return the sampler of a texture reference, even if the texture has been removed; None by default."""
-    if SAMPLER in info or info["index"] < 0:
+    if info["index"] < 0:
         return info.get(SAMPLER)
     number = text["textures"][info["index"]].get("sampler")
     return None if number is None else text["samplers"][number]

@@ -19,6 +19,7 @@ from gltf_files import OBJ, corners, unwrap_file, write_glb, write_scene
 from igl_linabf import MeshError, MeshWarning, flatten, linabf, unwrap
 from igl_linabf.cli import main
 from igl_linabf.io import read_file, read_mesh, read_texture, write_file, write_mesh
+from igl_linabf.io.gltf.images import find_sampler
 
 
 def test_an_obj_keeps_its_lines(tmp_path: Path) -> None:
@@ -312,6 +313,11 @@ def test_a_mirrored_mesh_keeps_its_orientation(scale: list[float], tmp_path: Pat
         np.testing.assert_allclose(mesh.V.mean(axis=0), np.array([3, 0, 0]) * scale, atol=1e-6)
         a, b, c = (mesh.V[mesh.triangles] - mesh.V.mean(axis=0)).transpose(1, 0, 2)
         assert (np.einsum("ij,ij->i", a, np.cross(b, c)) > 0).all()
+
+
+def test_an_unknown_key_of_a_texture_reference_is_not_its_sampler() -> None:
+    text = {"textures": [{"sampler": 0}], "samplers": [{"wrapS": 33071}]}
+    assert find_sampler(text, {"index": 0, "sampler": 7}) == {"wrapS": 33071}
 
 
 def test_units_scale_the_node_of_a_glb(tmp_path: Path) -> None:
