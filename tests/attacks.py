@@ -298,6 +298,59 @@ def _(folder: Path) -> Path:
     return write_gltf(folder, make_gltf_text(extensionsRequired=[CONTROL]))
 
 
+def write_compressed(name: str, data: bytes, **mark: Any) -> Build:
+    """Return a function that writes a glTF file whose mesh is compressed by Draco or meshopt."""
+
+    def build(folder: Path) -> Path:
+        text = make_gltf_text()
+        text["buffers"].append({"byteLength": len(data), "uri": data_uri(data)})
+        if name == DRACO:
+            view = {"buffer": len(text["buffers"]) - 1, "byteLength": len(data)}
+            text["bufferViews"].append(view)
+            for accessor in text["accessors"]:
+                del accessor["bufferView"]
+            attributes = {"POSITION": 0}
+            entry = {"bufferView": len(text["bufferViews"]) - 1, "attributes": attributes, **mark}
+            text["meshes"][0]["primitives"][0]["extensions"] = {name: entry}
+        else:
+            entry = {
+                "buffer": len(text["buffers"]) - 1,
+                "byteLength": len(data),
+                "mode": "ATTRIBUTES",
+                **mark,
+            }
+            text["bufferViews"][0]["extensions"] = {name: entry}
+        return write_gltf(folder, text)
+
+    return build
+
+
+DRACO, MESHOPT = "KHR_draco_mesh_compression", "EXT_meshopt_compression"
+HUGE = b"\xff\xff\xff\xff\x0f"  # 2^32 - 1, in groups of seven bits
+DRACO_HEAD = b"DRACO\x02\x02\x01\x01\x00\x00\x00"
+MESHOPT_BLOCK = b"\xa0" + bytes(200)
+for title, attack in {
+    "Draco: 4 * 10^9 triangles": write_compressed(DRACO, DRACO_HEAD + b"\x04" + HUGE + bytes(90)),
+    "Draco: 4 * 10^9 vertices": write_compressed(DRACO, DRACO_HEAD + HUGE + b"\x04" + bytes(90)),
+    "Draco: data that end in the header": write_compressed(DRACO, DRACO_HEAD[:9]),
+    "Draco: no data": write_compressed(DRACO, b""),
+    "Draco: text instead of data": write_compressed(DRACO, b"x" * 1000),
+    "Draco: an attribute that the data lack": write_compressed(DRACO, DRACO_HEAD, attributes={"NORMAL": 7}),
+    "Draco: a buffer view that does not exist": write_compressed(DRACO, DRACO_HEAD, bufferView=10**9),
+    "meshopt: 2^32 rows": write_compressed(MESHOPT, MESHOPT_BLOCK, count=2**32, byteStride=256),
+    "meshopt: rows of 3 bytes": write_compressed(MESHOPT, MESHOPT_BLOCK, count=4, byteStride=3),
+    "meshopt: no data": write_compressed(MESHOPT, b"", count=12, byteStride=12),
+    "meshopt: zeros": write_compressed(MESHOPT, bytes(100), count=12, byteStride=12),
+    "meshopt: random bytes": write_compressed(
+        MESHOPT, b"\xa0" + np.random.default_rng(0).bytes(400), count=144, byteStride=256
+    ),
+    "meshopt: more rows than the view holds": write_compressed(
+        MESHOPT, MESHOPT_BLOCK, count=99, byteStride=12
+    ),
+}.items():
+    register_attack(title)(attack)
+
+
 @register_attack("OBJ: names that control a terminal", "right")
 def _(folder: Path) -> Path:
     name = CONTROL.replace("\r\n", "")

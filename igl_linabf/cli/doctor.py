@@ -12,7 +12,7 @@ EXTRAS = {  # optional packages, explained in docs/install.md
     "batch": ("distributed", "bokeh"),
     "cholmod": ("scikit-sparse",),
     "cortex": ("nibabel", "nilearn"),
-    "formats": ("lib3mf", "nibabel", "pyvista"),
+    "formats": ("lib3mf", "nibabel", "pyvista", "DracoPy", "meshopt"),
     "patterns": ("svgwrite", "ezdxf", "matplotlib"),
     "scrolls": ("tifffile", "imagecodecs"),
     "viz": ("pyvista",),

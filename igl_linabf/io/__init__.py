@@ -12,11 +12,9 @@ from .colours import list_image_users as list_image_users
 from .external import Patch as Patch
 from .external import Segment, read_tifxyz, write_tifxyz
 from .external import average_surfaces as average_surfaces
-from .external import call_reader as call_reader
 from .external import check_target as check_target
 from .external import copy_polydata_arrays as copy_polydata_arrays
 from .external import find_companion_surfaces as find_companion_surfaces
-from .external import import_optional as import_optional
 from .external import triangulate_strip_cells as triangulate_strip_cells
 from .external import write_patch as write_patch
 from .external import writing_tifxyz as writing_tifxyz
@@ -49,6 +47,8 @@ from .materials import COLOUR as COLOUR
 from .mesh_file import MeshFile
 from .parsing import Damaged as Damaged
 from .parsing import Extras
+from .parsing import call_reader as call_reader
+from .parsing import import_optional as import_optional
 from .pictures import write_image
 from .vertex_splits import split_at_seams as split_at_seams
 

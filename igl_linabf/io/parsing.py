@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import codecs
-from collections.abc import Sequence
+import warnings
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
@@ -284,3 +287,28 @@ def _parse_rows(
 def make_polygons(column: Column) -> Polygons:
     """Return the faces that a column of vertex lists defines."""
     return Polygons(column.values.astype(np.int64), np.asarray(column.sizes, dtype=np.int64))
+
+
+def import_optional(
+    module: str, hint: str = "pip install 'igl-linabf[formats]' reads and writes this format"
+) -> Any:
+    """Import a module of an optional package; if it is missing, the error message states the pip command."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise ImportError(f"{error}: {hint}") from None
+
+
+def call_reader(read: Callable[[Any], Any], given: Any) -> Any:
+    """Call a third-party reader, suppress its warnings, and convert its exceptions to `Damaged`."""
+    if isinstance(given, Path):
+        given.open("rb").close()  # raise OSError for a file that cannot be opened
+        given = str(given)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return read(given)
+    except (MemoryError, Damaged):
+        raise
+    except Exception as error:  # third-party packages define their own exceptions
+        raise Damaged(f"{type(error).__name__}: {error}") from None

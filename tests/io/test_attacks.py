@@ -18,7 +18,14 @@ pytest.importorskip("resource", reason="limits of a process are POSIX's")
 import attacks
 from fuzzing import run_all
 
-PACKAGES = {"3MF": "lib3mf", "GIFTI": "nibabel", "FreeSurfer": "nibabel", "VTP": "pyvista"}
+PACKAGES = {
+    "Draco": "DracoPy",
+    "meshopt": "meshopt",
+    "3MF": "lib3mf",
+    "GIFTI": "nibabel",
+    "FreeSurfer": "nibabel",
+    "VTP": "pyvista",
+}
 
 
 def is_installed(name: str) -> bool:

@@ -1,7 +1,6 @@
 """Read and write 3MF, GIFTI, FreeSurfer, VTP and tifxyz files with optional packages."""
 
 from .neuroimaging import FreeSurferFile, GiftiFile, parse_freesurfer, parse_gifti, save_gifti, save_surf
-from .optional_packages import call_reader, import_optional
 from .patches import (
     PATCH_MAGIC,
     Patch,

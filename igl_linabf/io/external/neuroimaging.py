@@ -19,9 +19,9 @@ from ...errors import MeshWarning, stack_level
 from ...surface import Polygons
 from ..limits import check_expansion, inflate, largest_expansion, refuse_entities
 from ..mesh_file import MeshFile
-from ..parsing import Damaged, Extras
+from ..parsing import Damaged, Extras, call_reader, import_optional
 from ..vertex_splits import make_flat_surface, to_single_precision
-from .optional_packages import call_reader, import_optional, make_checked_mesh_file
+from .checked_meshes import make_checked_mesh_file
 
 POINTS, TRIANGLES = "NIFTI_INTENT_POINTSET", "NIFTI_INTENT_TRIANGLE"
 COLOURS = ("NIFTI_INTENT_RGB_VECTOR", "NIFTI_INTENT_RGBA_VECTOR")

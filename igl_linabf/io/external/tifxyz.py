@@ -16,8 +16,7 @@ import numpy as np
 from ..._runtime import replacing_folder
 from ..._types import BoolArray, FloatArray
 from ...errors import MeshError, MeshWarning, is_number, some, stack_level
-from ..parsing import Damaged
-from .optional_packages import call_reader, import_optional
+from ..parsing import Damaged, call_reader, import_optional
 
 HOW_TO_GET = "pip install 'igl-linabf[scrolls]' reads and writes tifxyz"
 FORMAT = "tifxyz"

@@ -9,9 +9,9 @@ import numpy as np
 from ..._types import FloatArray, IntArray
 from ..materials import quantise_colours
 from ..mesh_file import MeshFile
-from ..parsing import Column, Damaged, Extras, make_polygons, triangulate_strips
+from ..parsing import Column, Damaged, Extras, call_reader, import_optional, make_polygons, triangulate_strips
 from ..vertex_splits import split_vertices
-from .optional_packages import call_reader, import_optional, make_checked_mesh_file
+from .checked_meshes import make_checked_mesh_file
 from .vtk_sizes import check_announced_sizes
 
 # VTK's codes of three attributes, and the total number of attributes.

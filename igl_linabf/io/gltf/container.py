@@ -14,6 +14,7 @@ from urllib.parse import unquote
 
 from ..parsing import Damaged
 from ..references import Folder
+from .compression import decompress
 from .extensions import refuse_required
 from .scene import Gltf
 from .validation import check_data, check_description
@@ -45,7 +46,7 @@ def load_gltf(path: Path, allow_outside: bool = False) -> Gltf:
         _read_buffer(buffer, folder, blob if i == 0 else b"", i)  # only buffer 0 can be in the container
         for i, buffer in enumerate(text.get("buffers", ()))
     ]
-    gltf = Gltf(text, buffers, folder, size)
+    gltf = decompress(Gltf(text, buffers, folder, size))
     check_data(gltf)
     return gltf
 

@@ -8,7 +8,6 @@ from typing import Any
 from ...errors import MeshWarning, stack_level
 from ..parsing import Damaged
 
-COMPRESSION_EXTENSIONS = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"}
 VARIANTS = "KHR_materials_variants"
 FEATURES, METADATA, INSTANCES = "EXT_mesh_features", "EXT_structural_metadata", "EXT_mesh_gpu_instancing"
 VIEW_KEYS = ("values", "arrayOffsets", "stringOffsets")  # references to buffer views in METADATA
@@ -19,6 +18,7 @@ KNOWN_EXTENSIONS = (
     *(FEATURES, METADATA, INSTANCES, "EXT_instance_features", "FB_ngon_encoding"),
     *("KHR_materials_*", "EXT_materials_*", "KHR_texture_*", "EXT_texture_*", "MSFT_texture_dds"),
     *("KHR_lights_*", "EXT_lights_*", "KHR_xmp*", "KHR_node_*", "KHR_animation_pointer"),
+    *("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"),
     *("KHR_mesh_quantization", "MSFT_lod", "VRM", "VRMC_*"),
 )
 
@@ -29,22 +29,13 @@ def is_known_extension(name: str) -> bool:
 
 
 def refuse_required(text: dict[str, Any]) -> None:
-    """Raise `Damaged` if the file requires an unknown or a compression extension."""
+    """Raise `Damaged` if the file requires an unknown extension."""
     for name in text.get("extensionsRequired", ()):
-        if name in COMPRESSION_EXTENSIONS:
-            refuse_compressed("it", name)
         if not is_known_extension(str(name)):
             raise Damaged(
                 f"it requires the extension {name}, which is not supported, and cannot be read correctly "
                 "without it: export the file without the extension"
             )
-
-
-def refuse_compressed(what: str, name: str) -> None:
-    """Raise `Damaged`, because compressed data cannot be read."""
-    raise Damaged(
-        f"{what} is compressed by {name}: write it without compression, for example by `gltf-transform copy`"
-    )
 
 
 def iterate_extended(value: Any) -> Iterator[dict[str, Any]]:

@@ -24,7 +24,6 @@ from ..references import Folder
 from ..vertex_splits import find_face_pages, find_unique_tuples, to_single_precision
 from .container import find_referenced_file, is_relative, iterate_uris
 from .extensions import (
-    COMPRESSION_EXTENSIONS,
     VIEW_KEYS,
     drop_unknown_extensions,
     find_implicit_features,
@@ -75,6 +74,13 @@ def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) 
         )
     if mesh.images is not None and not has_unknown_references(text):
         drop_stale_images(text)
+    if gltf.compression:
+        warnings.warn(
+            f"the file was compressed by {' and '.join(gltf.compression)}, and is written uncompressed: "
+            "compress it again, for example by `gltf-transform`",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
     drop_unknown_extensions(text, [*(text["meshes"][place.mesh] for place in source.primitives), *primitives])
     old = [(entry.pop("attributes"), entry.pop("targets", [])) for entry in primitives]
     _drop_tangents(text, primitives, old, second)
@@ -199,17 +205,9 @@ def _copy_buffers(gltf: Gltf, text: dict[str, Any], buffer: Buffer) -> None:
     def copy_view(number: int) -> int:
         if number not in views:
             entry = text["bufferViews"][number]
-            properties = {
-                key: entry[key] for key in ("byteStride", "target", "name", "extras") if key in entry
-            }
-            kept = {
-                key: table_property
-                for key, table_property in entry.get("extensions", {}).items()
-                if key not in COMPRESSION_EXTENSIONS
-            }
-            views[number] = buffer.put(
-                gltf.view(number), **properties, **({"extensions": kept} if kept else {})
-            )
+            kept = ("byteStride", "target", "name", "extras", "extensions")
+            properties = {key: entry[key] for key in kept if key in entry}
+            views[number] = buffer.put(gltf.view(number), **properties)
         return views[number]
 
     def copy_accessor(number: int) -> int:

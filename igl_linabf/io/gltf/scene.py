@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..._types import FloatArray, IntArray
 from ..parsing import Damaged
 from ..references import Folder
-from .extensions import COMPRESSION_EXTENSIONS, INSTANCES, refuse_compressed
+from .extensions import INSTANCES
 
 
 class Component(IntEnum):
@@ -91,12 +91,15 @@ class Gltf:
         The folder for relative references.
     description_size : int
         The number of bytes of the file itself.
+    compression : tuple of str
+        The extensions by which the data were compressed in the file.
     """
 
     text: dict[str, Any]
     buffers: list[bytes]
     folder: Folder
     description_size: int
+    compression: tuple[str, ...] = ()
     _dense: dict[int, NDArray[Any]] = field(default_factory=dict)
 
     def entries(self, name: str) -> list[dict[str, Any]]:
@@ -113,15 +116,12 @@ class Gltf:
         return bytes(self._span(number))
 
     def check_view(self, number: int) -> None:
-        """Raise `Damaged` if a buffer view ends after its buffer; compressed views are not checked."""
-        if not COMPRESSION_EXTENSIONS & set(self.text["bufferViews"][number].get("extensions", {})):
-            self._span(number)
+        """Raise `Damaged` if a buffer view ends after its buffer."""
+        self._span(number)
 
     def check_rows(self, number: int) -> None:
         """Raise `Damaged` if the buffer view of an accessor is too short for its rows."""
         accessor = self.text["accessors"][number]
-        if self._is_compressed(accessor.get("bufferView")):
-            return
         if "bufferView" in accessor:
             self._stored_rows(accessor, accessor, accessor["count"])
         if "sparse" in accessor:
@@ -163,25 +163,11 @@ class Gltf:
 
     def _span(self, number: int) -> memoryview:
         view = self.text["bufferViews"][number]
-        if self._is_compressed(number):
-            (name, *_) = COMPRESSION_EXTENSIONS & set(view["extensions"])
-            refuse_compressed(f"its buffer view {number}", name)
         start, length = view.get("byteOffset", 0), view["byteLength"]
         buffer = memoryview(self.buffers[view["buffer"]])
         if start + length > len(buffer):
             raise Damaged(f"its buffer view {number} ends after the {len(buffer)} bytes of its buffer")
         return buffer[start : start + length]
-
-    def _is_compressed(self, number: int | None) -> bool:
-        """Return True if the data of a buffer view are stored only in compressed form, by an extension."""
-        if number is None:
-            return False
-        view = self.text["bufferViews"][number]
-        known = self.text["buffers"][view["buffer"]].get("extensions", {})
-        return any(
-            known.get(name, {}).get("fallback")  # a fallback buffer without data
-            for name in COMPRESSION_EXTENSIONS & set(view.get("extensions", {}))
-        )
 
     def _row_type(self, accessor: dict[str, Any]) -> tuple[np.dtype[Any], int]:
         return np.dtype(DTYPES[accessor["componentType"]]), WIDTHS[accessor["type"]]
@@ -212,8 +198,6 @@ class Gltf:
             for j, primitive in enumerate(mesh.get("primitives", ())):
                 of_triangles = primitive.get("mode", Mode.TRIANGLES) in list(Mode)
                 if of_triangles and "POSITION" in primitive.get("attributes", {}):
-                    for name in COMPRESSION_EXTENSIONS & set(primitive.get("extensions", {})):
-                        refuse_compressed(f"its mesh {i}", name)
                     yield i, j, primitive
 
 

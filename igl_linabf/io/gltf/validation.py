@@ -7,6 +7,7 @@ import numpy as np
 from ...errors import some
 from ..limits import check_expansion
 from ..parsing import Damaged
+from .compression import DRACO, MESHOPT
 from .extensions import (
     FEATURES,
     INSTANCES,
@@ -71,6 +72,16 @@ NODE = Record(
         "scale": ListOf(Number(), 3),
     }
 )
+COMPRESSED_VIEW = Record(
+    {**OFFSET, "filter": OneOf(("NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL", "COLOR"))},
+    {
+        "buffer": Index("buffers"),
+        "byteLength": Integer(),
+        "byteStride": Integer(1, 256),
+        "count": Integer(0, 2**32),
+        "mode": OneOf(("ATTRIBUTES", "TRIANGLES", "INDICES")),
+    },
+)
 DESCRIPTION = Record(
     {
         "scene": Index("scenes"),
@@ -79,7 +90,14 @@ DESCRIPTION = Record(
         "meshes": ListOf(Record(NAME, {"primitives": ListOf(PRIMITIVE)})),
         "accessors": ListOf(ACCESSOR),
         "bufferViews": ListOf(
-            Record({**OFFSET, "byteStride": STRIDE}, {"buffer": Index("buffers"), "byteLength": Integer()})
+            Record(
+                {
+                    **OFFSET,
+                    "byteStride": STRIDE,
+                    "extensions": Record(dict.fromkeys(MESHOPT, COMPRESSED_VIEW)),
+                },
+                {"buffer": Index("buffers"), "byteLength": Integer()},
+            )
         ),
         "buffers": ListOf(Record({"uri": TEXT})),
         "materials": ListOf(
@@ -115,6 +133,7 @@ DESCRIPTION = Record(
 )
 TABLE = Record({"properties": ObjectOf(Record({key: Index("bufferViews") for key in VIEW_KEYS}))})
 EXTENSIONS: dict[str, Schema] = {
+    DRACO: Record(required={"bufferView": Index("bufferViews"), "attributes": ObjectOf(Integer())}),
     TEXTURE_TRANSFORM: Record(
         {
             "offset": ListOf(Number(), 2),

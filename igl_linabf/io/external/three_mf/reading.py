@@ -14,9 +14,9 @@ from ...._types import FloatArray
 from ....surface import Polygons
 from ...limits import check_expansion
 from ...mesh_file import MeshFile
-from ...parsing import Damaged, Extras
+from ...parsing import Damaged, Extras, call_reader, import_optional
 from ...vertex_splits import warn_about_rounding
-from ..optional_packages import call_reader, import_optional, make_checked_mesh_file
+from ..checked_meshes import make_checked_mesh_file
 from .packages import check_package, find_required_extensions, list_unread_content
 from .properties import Properties, assign_colours
 

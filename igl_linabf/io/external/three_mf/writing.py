@@ -12,6 +12,7 @@ from ....errors import MeshError, MeshWarning, some, stack_level
 from ....surface import distinct_corners
 from ...materials import COLOUR
 from ...mesh_file import MeshFile
+from ...parsing import import_optional
 from ...pictures import encode_png
 from ...vertex_splits import (
     choose_origin,
@@ -20,7 +21,6 @@ from ...vertex_splits import (
     warn_about_rounding,
     warn_of_error,
 )
-from ..optional_packages import import_optional
 from .properties import PROPERTY_DTYPE
 from .reading import UNITS, ThreeMfFile
 
