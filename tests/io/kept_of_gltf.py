@@ -302,7 +302,7 @@ def check_meshopt(folder: Path) -> None:
 
 
 def check_draco(folder: Path) -> None:
-    DracoPy = pytest.importorskip("DracoPy")  # noqa: N806
+    DracoPy = pytest.importorskip("DracoPy")
     name, data = "KHR_draco_mesh_compression", DracoPy.encode(P, F.astype(np.uint32), preserve_order=True)
     mark = {"bufferView": 2, "attributes": {"POSITION": 0}}
     text = json.loads(make_document(raw=(data,), primitive={"extensions": {name: mark}}))
