@@ -2,12 +2,12 @@
 Patterns for cutting and sewing
 ===============================
 
-A lampshade is a cone. Therefore all lengths in its pattern are exact. A bodice is curved in both directions
-and is sewn from six panels. The two sides of each seam differ slightly in length, and a table lists the
-differences.
+A lampshade is a cone. Therefore all lengths in its pattern are exact. It is made of paper, with a glue tab. A
+bodice is curved in both directions and is sewn from six panels, with a seam allowance of 12 mm. The two sides
+of each seam differ slightly in length, and a table lists the differences.
 
 Each row shows the surface with its seams, and beside it the drawing of `write_pattern`: outlines, numbers on
-both sides of each seam, fold lines, and the grain. The demo writes SVG, DXF and PDF files to ``out/``::
+both sides of each seam, and the grain. The demo writes SVG, DXF and PDF files to ``out/``::
 
     python demos/pattern.py
 """
@@ -72,8 +72,10 @@ def show(plotter: pv.Plotter, row: int, surface: Surface, atlas: Atlas, pattern:
     plotter.add_mesh(pv.PolyData(V, lines=seams.ravel()), color="#c02020", line_width=6)
     plotter.view_vector((0.4, -1, 0.5), (0, 0, 1))
     plotter.subplot(row, 1)
-    for line in pattern.outlines:
+    for line in pattern.cut_lines:
         plotter.add_lines(close_line(line), color="black", width=3, connected=True)
+    for line in pattern.outlines:
+        plotter.add_lines(close_line(line), color="#707070", width=1, connected=True)
     for lines, colour in ((pattern.folds, "#2050c0"), (pattern.grain, "#208040")):
         for line in lines:
             plotter.add_lines(close_line(line)[:2], color=colour, width=2)
@@ -105,10 +107,11 @@ if __name__ == "__main__":
         plotter = pv.Plotter(shape=(2, 2), off_screen=True, window_size=[1400, 1200], border=False)
     shade, body = lampshade(), bodice()
     sewn_seams = panel_seams(body[0], 48, (0, 8, 16, 24, 32, 40))  # two side seams and four princess seams
-    for row, (name, surface, seams) in enumerate((("lampshade", shade, None), ("bodice", body, sewn_seams))):
+    models = (("lampshade", shade, None, {"tabs": 12.0}), ("bodice", body, sewn_seams, {"allowance": 12.0}))
+    for row, (name, surface, seams, finish) in enumerate(models):
         atlas = unwrap(*surface, seams, method="isometric")
         for suffix in ("svg", "dxf", "pdf"):
-            pattern = write_pattern(f"out/{name}.{suffix}", *surface, atlas, "mm", grain=(0, 0, 1))
+            pattern = write_pattern(f"out/{name}.{suffix}", *surface, atlas, "mm", grain=(0, 0, 1), **finish)
         print(f"{name}:\n{pattern}\n")
         assert atlas.good
         assert pattern.error < (1e-6 if name == "lampshade" else 0.12)

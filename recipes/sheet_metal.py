@@ -3,7 +3,8 @@ A sheet metal pattern
 =====================
 
 A duct connects a square opening with a round one. It is bent from one piece of sheet metal and welded along
-one seam. `write_pattern` draws the piece at true scale for a laser cutter, with the bending lines.
+one seam. `write_pattern` draws the piece at true scale for a laser cutter, with the bending lines. The
+surface is the mid-surface of the sheet, half its thickness from both sides.
 """
 
 import re
@@ -45,6 +46,11 @@ assert pattern.pieces == len(pattern.seams) == 1
 assert pattern.error < 1e-6
 (weld,) = pattern.seams
 np.testing.assert_allclose(weld.lengths, np.linalg.norm(V[SIDES] - V[0]), rtol=1e-6)
+
+# %%
+# All bends are mountain folds: they go away from the viewer of the drawing, who sees the outside of the duct.
+assert (pattern.fold_angles > 0).all()
+print(f"bends by {pattern.fold_angles.min():.1f} to {pattern.fold_angles.max():.1f} degrees")
 
 # %%
 # The outline is as long as the two rims of the duct and twice the seam.

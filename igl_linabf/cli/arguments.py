@@ -152,6 +152,17 @@ def parse_axis(text: str) -> list[float]:
     return [x, y, z]
 
 
+def parse_factors(text: str) -> tuple[float, float]:
+    """Convert two numbers separated by a comma, such as "1.03,1.05"."""
+    try:
+        across, along = (float(number) for number in text.split(","))
+    except ValueError:
+        raise ArgumentTypeError(
+            f"{text!r} are not two factors: give two numbers, such as 1.03,1.05"
+        ) from None
+    return across, along
+
+
 def parse_axis_or(text: str, words: Sequence[str]) -> list[float] | str:
     """Convert a direction to a vector; return any of the given words unchanged."""
     return text if text in words else parse_axis(text)

@@ -22,7 +22,13 @@ from ..errors import MAX_LISTED, MeshWarning, printable, stack_level
 from ..io import MeshFile, replacing, write_atomically
 from .jobs import PROGRESS, STDIO, ExitCode, Job
 
-OMITTED_FIELDS = {"FTC", "split", "outlines", "sides"}  # fields of results that are left out of JSON
+OMITTED_FIELDS = {
+    "FTC",
+    "split",
+    "outlines",
+    "cut_lines",
+    "sides",
+}  # fields of results that are left out of JSON
 INDEX_FIELDS = {"flipped", "repaired", "first"}  # arrays that are included in JSON
 JSON_KEYS = {"n_splits": "splits", "distortion_increase": "cost"}  # fields with a different key in JSON
 

@@ -9,8 +9,16 @@ from .._runtime import progress_part
 from ..charts import ChartOptions, unwrap
 from ..errors import OutcomeWarning
 from ..io import MeshFile
-from ..patterns import DEFAULT_UNITS, PAPERS, PATTERN_SUFFIXES, UNITS, build_pattern, writing_pattern
-from .arguments import CHARTS, MethodName, Option, parse_axis
+from ..patterns import (
+    DEFAULT_UNITS,
+    PAPERS,
+    PATTERN_SUFFIXES,
+    UNITS,
+    PatternOptions,
+    build_pattern,
+    writing_pattern,
+)
+from .arguments import CHARTS, MethodName, Option, parse_axis, parse_factors
 from .jobs import MESHES, PROGRESS, REPORTS, ExitCode, Job, output_options
 from .outputs import report_troubles, write_outputs
 
@@ -18,6 +26,16 @@ OUTPUT = output_options("SVG, DXF (both in millimetres) or PDF", PATTERN_SUFFIXE
 UNIT = Option(f"unit of length of the mesh (default: that in its file, or {DEFAULT_UNITS})", choices=UNITS)
 GRAIN = Option("direction in space along which the arrows point (default: z)", "AXIS", parse_axis)
 UP = Option("direction in space that points up on the pieces (default: the grain)", "AXIS", parse_axis)
+TABS = Option("width of glue tabs for paper, in the unit of the mesh (default: no tabs)", "WIDTH")
+ALLOWANCE = Option(
+    "width of the seam allowance for cloth, in the unit of the mesh (default: no allowance)", "WIDTH"
+)
+COMPENSATION = Option(
+    "factors that enlarge the pieces across and along the arrows, for cloth that shrinks: 1.03,1.05 "
+    "(default: 1,1)",
+    "ACROSS,ALONG",
+    parse_factors,
+)
 UNITS_NOTES = {
     "option": "from --units",
     "file": "from its file",
@@ -42,12 +60,19 @@ def draw_pattern(
     grain: Annotated[list[float] | None, GRAIN] = None,
     up: Annotated[list[float] | None, UP] = None,
     paper: Annotated[str, Option("paper size of a PDF", choices=tuple(PAPERS))] = "A4",
+    tabs: Annotated[float | None, TABS] = None,
+    allowance: Annotated[float | None, ALLOWANCE] = None,
+    compensation: Annotated[tuple[float, float] | None, COMPENSATION] = None,
     trade: Annotated[float, CHARTS["trade"]] = ChartOptions.trade,
     method: MethodName = "isometric",
 ) -> ExitCode:
     """Unwrap a mesh and draw its pieces at true scale, with numbered seams, to cut and join.
 
     The table lists the lengths of both sides of each seam.
+
+    A sheet of thickness t has two sides that differ in size: pass its mid-surface, t/2 from both sides,
+    instead of the closed solid. If bends are modelled as arcs, the pattern includes their bend allowance
+    a (r + t/2), where a is the angle in radians and r is the inner radius.
 
     Examples
     --------
@@ -56,15 +81,20 @@ def draw_pattern(
     lampshade.glb -o lampshade.svg    # in metres, like every GLB
     lampshade.obj -o lampshade.pdf --paper A3 --quiet
     bodice.obj -o bodice.dxf --grain y --up z --crease 60 --trade 20 --method linabf
+    box.obj -o box.pdf --units mm --tabs 8    # paper, with glue tabs of 8 mm
+    bodice.obj -o bodice.svg --units cm --allowance 1.5 --compensation 1.03,1.05    # cloth that shrinks
     'parts/*.obj' -o sheets/ --format dxf --json > seams.jsonl    # one line per mesh
     'parts/*.obj' -o sheets/ --force    # replaces existing sheets
     """
     mesh = job.read()
+    unit, given_by = _find_units(units, mesh)
+    options = PatternOptions.of(
+        unit, crease, grain or parse_axis("z"), up, tabs, allowance, compensation or (1.0, 1.0)
+    )
     with warnings.catch_warnings(), progress_part("unwrapping", PROGRESS["computing"]):
         warnings.simplefilter("ignore", OutcomeWarning)  # `report_troubles` reports the problems
         atlas = unwrap(mesh.V, mesh.F, charts=ChartOptions(trade=trade), method=method)
-    unit, given_by = _find_units(units, mesh)
-    pattern = build_pattern(mesh.V, mesh.F, atlas, unit, crease, grain or parse_axis("z"), up)
+    pattern = build_pattern(mesh.V, mesh.F, atlas, options)
     figures = {"good": atlas.good, "troubles": atlas.troubles, "pattern": pattern, "units_given_by": given_by}
     text = f"{pattern} ({UNITS_NOTES[given_by]})"
     write_outputs(job, text, figures, write=partial(writing_pattern, pattern=pattern, paper=paper))

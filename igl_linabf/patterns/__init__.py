@@ -4,10 +4,13 @@ A `Pattern` has the outlines of the pieces of a flattened surface in millimetres
 lines and grain arrows.
 """
 
-from .pieces import DEFAULT_UNITS as DEFAULT_UNITS
-from .pieces import MILLIMETRES, Pattern
-from .pieces import build_pattern as build_pattern
+from .options import DEFAULT_UNITS as DEFAULT_UNITS
+from .options import MILLIMETRES
+from .options import PatternOptions as PatternOptions
+from .pattern import Pattern
+from .pattern import build_pattern as build_pattern
 from .seam_pairs import PatternSeam
+from .tabs import PatternTab
 from .writing import PAPERS, PATTERN_SUFFIXES, write_pattern
 from .writing import writing_pattern as writing_pattern
 

@@ -85,7 +85,7 @@ def _assemble_pieces(cut: CutSurface, rim: Sides, partner: IntArray, joinable: B
     z, of = complex_positions(cut.flat), piece[cut.F[:, 0]]
     order = np.argsort(of, kind="stable")
     faces = Ragged(np.searchsorted(of[order], np.arange(int(of.max()) + 2)))
-    extent = _measure_extents(z, piece)
+    extent = measure_extents(z, piece)
     other = partner[one]
     here, there = (
         z[np.stack(ends)] for ends in ((rim.start[one], rim.end[one]), (rim.end[other], rim.start[other]))
@@ -151,7 +151,7 @@ def _find_hinges(
 def _close_seams(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArray) -> CutSurface:
     """Close the seams whose two sides coincide in the map."""
     z, one = complex_positions(cut.flat), np.flatnonzero(joinable)
-    other, extent = partner[one], _measure_extents(z, cut.piece)[cut.piece[rim.start[one]]]
+    other, extent = partner[one], measure_extents(z, cut.piece)[cut.piece[rim.start[one]]]
     ends = np.stack((rim.start[one], rim.end[one])), np.stack((rim.end[other], rim.start[other]))
     met = (np.abs(z[ends[0]] - z[ends[1]]) <= FIT_TOLERANCE * extent).all(axis=0)
     if not met.any():
@@ -181,7 +181,7 @@ def find_narrowest_turns(z: ComplexArray, piece: IntArray) -> ComplexArray:
     return np.where(wide >= high, turn, 1j * turn)
 
 
-def _measure_extents(z: ComplexArray, piece: IntArray) -> FloatArray:
+def measure_extents(z: ComplexArray, piece: IntArray) -> FloatArray:
     """Return the extent of each piece: the larger of its width and height."""
     low, high = np.full((2, int(piece.max()) + 1), np.inf), np.full((2, int(piece.max()) + 1), -np.inf)
     for k, x in enumerate((z.real, z.imag)):

@@ -1,4 +1,4 @@
-"""Build the pieces of a pattern: outlines at true scale, with seams, folds and grain arrows."""
+"""Place the pieces of a pattern: join, turn and enlarge them, add tabs or an allowance, and arrange them."""
 
 from __future__ import annotations
 
@@ -7,130 +7,146 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._runtime import align_columns
-from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from .._core import connected_labels
+from .._types import ComplexArray, FloatArray, IntArray
 from ..charts import Atlas, Packing, pack_charts
 from ..errors import MeshError
 from ..surface import (
     NEXT,
     Polygons,
-    Topology,
     Triangles,
     complex_positions,
     coordinates,
-    direction_in_space,
     map_array,
     signed_double_areas,
     vertex_array,
 )
-from .grain_arrows import find_directions, place_arrows
-from .joined_pieces import CutSurface, join_pieces
-from .seam_pairs import PatternSeam, pair_seams
+from .cutting_lines import (
+    build_piece_shapes,
+    count_closed_holes,
+    find_narrow_seams,
+    grow_shapes,
+    trace_outlines,
+    trace_shapes,
+    triangulate_shapes,
+    triangulate_tabs,
+)
+from .folds import find_folds
+from .grain_arrows import find_directions
+from .joined_pieces import CutSurface, join_pieces, measure_extents
+from .options import PatternOptions
+from .seam_pairs import SeamSides, Sides, find_seams
+from .tabs import TabPlace, place_tabs
 
-MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8, "um": 1e-3}
-DEFAULT_UNITS = "mm"  # unit of length if the file of a surface does not state a unit
 PIECE_MARGIN = 0.005  # distance between a few pieces, as a share of the side of the drawing
 MAX_MARGIN_COVERAGE = 0.64  # largest share of the drawing's square that margins may cover
 
 
 @dataclass(frozen=True, eq=False)
-class Pattern:
-    """The outlines of a flattened surface at true scale, in millimetres, with y pointing up.
+class PatternLayout:
+    """The pieces of a pattern at their places, in millimetres.
 
     Attributes
     ----------
-    size : (float, float)
-        Width and height of all pieces together.
-    outlines : tuple of (n, 2) float64
-        Closed lines with the material on their left, including the outlines of holes.
-    piece : (#outlines,) int64
-        Piece of each outline.
-    seams : tuple of PatternSeam
-    folds : (#folds, 2, 2) float64
-        Edges with a crease inside a piece.
-    grain : (#pieces, 2, 2) float64
-        Tail and head of the arrow of each piece.
+    cut : CutSurface
+    sides : Sides
+        The sides of all outlines.
+    seams : tuple of SeamSides
+    arrows : (#pieces,) complex128
+        Direction of the grain on each piece.
+    cut_lines : tuple of (n, 2) float64
+        Lines along which the pieces are cut, with the material on their left.
+    tabs : tuple of TabPlace
+    seams_without_room : tuple of int
+        Numbers of the seams without a tab, or with another part of the piece within their allowance.
+    closed_holes : int
+        Number of holes that the allowance covers.
     error : float
-        Largest relative change of the length of an edge.
-    units : str
-        Unit of length of the surface.
+        Largest relative change of the length of an edge, without compensation.
     """
 
-    size: tuple[float, float]
-    outlines: tuple[FloatArray, ...]
-    piece: IntArray
-    seams: tuple[PatternSeam, ...]
-    folds: FloatArray
-    grain: FloatArray
+    cut: CutSurface
+    sides: Sides
+    seams: tuple[SeamSides, ...]
+    arrows: ComplexArray
+    cut_lines: tuple[FloatArray, ...]
+    tabs: tuple[TabPlace, ...]
+    seams_without_room: tuple[int, ...]
+    closed_holes: int
     error: float
-    units: str
-
-    @property
-    def pieces(self) -> int:
-        """Number of pieces."""
-        return len(self.grain)
-
-    def __str__(self) -> str:
-        rows: list[tuple[str, ...]] = [("seam", "pieces", "mm", "mm", "on the surface", "change")]
-        for seam in self.seams:
-            pieces = "{} {}".format(*seam.pieces)
-            lengths = [f"{length:.2f}" for length in (*seam.lengths, seam.length)]
-            rows.append((str(seam.number), pieces, *lengths, f"{round(seam.change, 4) + 0.0:+.2%}"))
-        width, height = self.size
-        pieces = f"{self.pieces} piece{'s' * (self.pieces != 1)}"
-        summary = f"{pieces}, {width:.1f} x {height:.1f} mm, {len(self.folds)} fold edges"
-        change = f"edges change by {self.error:.2%} at most"
-        return f"{align_columns(rows)}\n{summary}; {change}; the surface is in {self.units}"
 
 
-def build_pattern(
-    V: ArrayLike,
-    F: ArrayLike,
-    atlas: Atlas | ArrayLike,
-    units: str | None,
-    crease: float,
-    grain: ArrayLike,
-    up: ArrayLike | None = None,
-) -> Pattern:
-    """Build the pattern of a surface. The arguments are as in `write_pattern`."""
-    units = units or DEFAULT_UNITS
-    if units not in MILLIMETRES:
-        raise ValueError(f"units is {units!r}: use one of {', '.join(MILLIMETRES)}")
-    upwards = None if up is None else direction_in_space(up, "up")
-    cut, arrows = lay_out(V, F, atlas, MILLIMETRES[units], direction_in_space(grain, "grain"), upwards)
-    topology, piece = cut.topology, cut.piece
-    loops = topology.loops
-    length, flat_length = (
-        np.linalg.norm(points[topology.edges[:, 0]] - points[topology.edges[:, 1]], axis=1)
-        for points in (cut.surface, cut.flat)
-    )
-    return Pattern(
-        size=(float(cut.flat[:, 0].max()), float(cut.flat[:, 1].max())),
-        outlines=tuple(cut.flat[loop] for loop in loops),
-        piece=np.array([piece[loop[0]] for loop in loops], dtype=np.int64),
-        seams=pair_seams(cut.surface, cut.flat, loops, piece),
-        folds=cut.flat[_find_creases(cut.surface, topology, cut.inner, crease)],
-        grain=place_arrows(cut, loops, piece, arrows),
-        error=float(np.max(np.abs(flat_length / np.maximum(length, np.finfo(float).tiny) - 1), initial=0)),
-        units=units,
+def lay_out(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, options: PatternOptions) -> PatternLayout:
+    """Join, turn, enlarge, finish and arrange the pieces of a pattern."""
+    cut, error, arrows = _turn_pieces(V, F, atlas, options)
+    options.check_widths(float(measure_extents(complex_positions(cut.flat), cut.piece).max()))
+    loops, piece = cut.topology.loops, cut.piece
+    sides = Sides.of(loops)
+    seams = find_seams(sides, cut.surface, piece)
+    tabs, without_room, closed = list[TabPlace](), tuple[int, ...](), 0
+    if options.allowance:
+        shapes = build_piece_shapes(cut)
+        grown = grow_shapes(shapes, options.allowance)
+        lines, of = trace_shapes(grown)
+        triangles, of_triangle = triangulate_shapes(grown)
+        without_room = find_narrow_seams(seams, sides, cut, shapes, 2 * options.allowance)
+        closed = count_closed_holes(shapes, options.allowance)
+    else:
+        if options.tabs:
+            folds, _ = find_folds(cut, options.crease)
+            tabs = place_tabs(cut, sides, seams, build_piece_shapes(cut), folds, options.tabs)
+            having = {tab.seam for tab in tabs}
+            without_room = tuple(i + 1 for i in range(len(seams)) if i not in having)
+        lines = trace_outlines(loops, sides, cut.flat, tabs)
+        of = np.array([piece[loop[0]] for loop in loops], dtype=np.int64)
+        extra, of_extra = triangulate_tabs(tabs, sides, cut)
+        triangles = np.concatenate((cut.flat[cut.F], extra))
+        of_triangle = np.append(piece[cut.F[:, 0]], of_extra)
+    shift = _arrange_pieces(triangles, of_triangle)
+    return PatternLayout(
+        replace(cut, flat=cut.flat + shift[piece]),
+        sides,
+        seams,
+        arrows,
+        tuple(line + shift[i] for line, i in zip(lines, of.tolist(), strict=True)),
+        tuple(replace(tab, top=tab.top + shift[piece[sides.start[tab.run[0]]]]) for tab in tabs),
+        without_room,
+        closed,
+        error,
     )
 
 
-def lay_out(
-    V: ArrayLike,
-    F: ArrayLike,
-    atlas: Atlas | ArrayLike,
-    unit: float,
-    grain: FloatArray,
-    up: FloatArray | None = None,
-) -> tuple[CutSurface, ComplexArray]:
-    """Join, rotate and arrange the pieces; also return the direction of the grain on each piece."""
-    cut = _build_cut_surface(V, F, atlas, unit)
+def _turn_pieces(
+    V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, options: PatternOptions
+) -> tuple[CutSurface, float, ComplexArray]:
+    """Join, turn and enlarge the pieces.
+
+    Returns
+    -------
+    cut : CutSurface
+    error : float
+        Largest relative change of the length of an edge, before the pieces are enlarged.
+    arrows : (#pieces,) complex128
+        Direction of the grain on each piece.
+    """
+    cut = _build_cut_surface(V, F, atlas, options.unit)
     if isinstance(atlas, Atlas):
         cut = join_pieces(cut, atlas.report.given_seams)
-    pointing = find_directions(cut, grain)
-    turn = pointing.upright_turn if up is None else 1j * find_directions(cut, up).towards.conj()
-    return _rotate_and_pack(cut, turn), pointing.towards * turn
+    pointing = find_directions(cut, options.grain)
+    turn = pointing.upright_turn
+    if options.up is not None:
+        turn = 1j * find_directions(cut, options.up).towards.conj()
+    edges = cut.topology.edges
+    length, flat_length = (
+        np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
+        for points in (cut.surface, cut.flat)
+    )
+    change = np.abs(flat_length / np.maximum(length, np.finfo(float).tiny) - 1)
+    across, along = options.compensation
+    local = complex_positions(cut.flat) * pointing.towards.conj()[cut.piece]
+    arrows = pointing.towards * turn
+    z = (along * local.real + across * local.imag * 1j) * arrows[cut.piece]
+    return replace(cut, flat=coordinates(z)), float(np.max(change, initial=0)), arrows
 
 
 def _build_cut_surface(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, unit: float) -> CutSurface:
@@ -157,45 +173,35 @@ def _build_cut_surface(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, uni
     if not np.isfinite(on_surface):
         raise MeshError(f"the surface has an area of {on_surface} square millimetres: scale V")
     area = signed_double_areas(complex_positions(flat), faces.T)
-    if not np.abs(area).sum() > 0:
+    whole = np.abs(area).sum()
+    if not whole > 0:
         raise MeshError("uv has no area: pass the map of V and F")
-    if (
-        isinstance(atlas, Atlas) and atlas.report.repairs
-    ):  # restore the given orientation of faces that `unwrap` reversed
-        faces = np.where(area[:, None] < 0, faces[:, [0, 2, 1]], faces)
-    flat = flat * np.sqrt(on_surface / np.abs(area).sum())
-    return CutSurface(surface, flat, faces, used, origin[used], None if split is None else split.inner[solid])
-
-
-def _rotate_and_pack(cut: CutSurface, turn: ComplexArray) -> CutSurface:
-    """Rotate the pieces, and place them side by side, with the lower left corner of the layout at 0."""
-    z, piece = complex_positions(cut.flat) * turn[cut.piece], cut.piece
-    flat, of = coordinates(z), piece[cut.F[:, 0]]
-    number, local = len(turn), np.empty(len(piece), dtype=np.int64)
-    rows = [np.flatnonzero(piece == i) for i in range(number)]
-    for own in rows:
-        local[own] = np.arange(len(own))
-    charts = [(flat[own], local[cut.F[of == i]]) for i, own in enumerate(rows)]
-    margin = min(PIECE_MARGIN, np.sqrt(MAX_MARGIN_COVERAGE / number))
-    made = flat.copy()
-    for own, placed in zip(rows, pack_charts(charts, Packing(margin=margin), rotate=False), strict=True):
-        made[own] = placed.uv / abs(placed.ratio)
-    return replace(cut, flat=made - made.min(axis=0))
-
-
-def _find_creases(
-    surface: FloatArray, topology: Topology, inner: BoolArray | None, crease: float
-) -> IntArray:
-    """Return the edges inside pieces with a dihedral angle of at least `crease` degrees, except diagonals."""
-    first, second = topology.sides
-    inside = np.flatnonzero(second >= 0)
+    inner = None if split is None else split.inner[solid]
+    if not (isinstance(atlas, Atlas) and atlas.report.repairs):
+        # mirrored pieces of a given map are drawn as the other side of the surface
+        piece = connected_labels(faces[:, [0, 1, 1, 2]].reshape(-1, 2), len(flat))[faces[:, 0]]
+        area = np.asarray(np.bincount(piece, area)[piece])
+    # otherwise reverse the faces that `unwrap` reversed
+    mirrored = area[:, None] < 0
+    faces = np.where(mirrored, faces[:, [0, 2, 1]], faces)
     if inner is not None:
-        half = inner[:, NEXT].T.ravel()
-        inside = inside[~(half[first[inside]] & half[second[inside]])]
-    F = topology.corner.T
-    a, b, c = surface[F.T]
-    normal = np.cross(b - a, c - a)
-    m = len(F)
-    one, other = normal[first[inside] % m], normal[second[inside] % m]
-    angle = np.arctan2(np.linalg.norm(np.cross(one, other), axis=1), (one * other).sum(axis=1))
-    return np.asarray(topology.edges[inside[angle >= np.deg2rad(crease)]])
+        inner = np.where(mirrored, inner[:, ::-1], inner)
+    flat = flat * np.sqrt(on_surface / whole)
+    return CutSurface(surface, flat, faces, used, origin[used], inner)
+
+
+def _arrange_pieces(triangles: FloatArray, of: IntArray) -> FloatArray:
+    """Return the translation of each piece, (#pieces, 2), that places the pieces side by side.
+
+    `triangles` (n, 3, 2) cover the pieces, and `of` is the piece of each triangle. The lower left corner of
+    the layout is at the origin.
+    """
+    charts = []
+    for i in range(int(of.max()) + 1):
+        points, corner = np.unique(triangles[of == i].reshape(-1, 2), axis=0, return_inverse=True)
+        charts.append((points, corner.reshape(-1, 3)))
+    margin = min(PIECE_MARGIN, np.sqrt(MAX_MARGIN_COVERAGE / len(charts)))
+    placed = pack_charts(charts, Packing(margin=margin), rotate=False)
+    corners = [points.min(axis=0) for points, _ in charts]
+    at = np.array([chart.uv.min(axis=0) / abs(chart.ratio) for chart in placed])
+    return np.asarray(at - at.min(axis=0) - corners)

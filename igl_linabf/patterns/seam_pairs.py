@@ -74,32 +74,58 @@ class Sides:
         return np.asarray(np.linalg.norm(points[self.start] - points[self.end], axis=1))
 
 
-def pair_seams(
-    surface: FloatArray, flat: FloatArray, loops: tuple[IntArray, ...], piece: IntArray
-) -> tuple[PatternSeam, ...]:
-    """Return the seams of a pattern.
+@dataclass(frozen=True, eq=False)
+class SeamSides:
+    """The sides of outlines along both parts of a seam.
+
+    Attributes
+    ----------
+    one, other : (n,) int64
+        Row indices into the sides of a `Sides`, in the order in which they are joined.
+    twisted : bool
+        Whether both parts run along their outlines in the same direction.
+    """
+
+    one: IntArray
+    other: IntArray
+    twisted: bool
+
+    @property
+    def runs(self) -> tuple[IntArray, IntArray]:
+        """The sides of both parts, each in the direction of its outline."""
+        return self.one, self.other if self.twisted else self.other[::-1]
+
+
+def find_seams(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[SeamSides, ...]:
+    """Group the sides that are joined into seams.
 
     Parameters
     ----------
-    surface, flat : (#v, 3) and (#v, 2) float64
+    sides : Sides
+    surface : (#v, 3) float64
         Positions of the vertices. Copies of a vertex at a seam have the same position on the surface.
-    loops : tuple of (n,) int64
-        Outlines, with the material on their left.
     piece : (#v,) int64
         Piece of each vertex.
     """
-    if not loops:
-        return ()
-    sides = Sides.of(loops)
     partner, twisted = find_partners(sides, surface, piece)
+    continued = _mark_continued_sides(sides, partner, twisted)
+    return tuple(
+        SeamSides(one, partner[one], bool(twisted[one[0]])) for one in _trace_runs(sides, partner, continued)
+    )
+
+
+def measure_seams(
+    seams: tuple[SeamSides, ...], sides: Sides, surface: FloatArray, flat: FloatArray, piece: IntArray
+) -> tuple[PatternSeam, ...]:
+    """Return the seams with their lines and lengths. The arguments are as in `find_seams`."""
     length, flat_length = sides.lengths(surface), sides.lengths(flat)
-    seams = list[PatternSeam]()
-    for one in _trace_runs(sides, partner, _mark_continued_sides(sides, partner, twisted)):
-        other, same_way = partner[one], bool(twisted[one[0]])
-        tail, head = (sides.start, sides.end) if same_way else (sides.end, sides.start)
-        seams.append(
+    measured = list[PatternSeam]()
+    for seam in seams:
+        one, other = seam.one, seam.other
+        tail, head = (sides.start, sides.end) if seam.twisted else (sides.end, sides.start)
+        measured.append(
             PatternSeam(
-                number=len(seams) + 1,
+                number=len(measured) + 1,
                 pieces=(int(piece[sides.start[one[0]]]), int(piece[sides.start[other[0]]])),
                 lengths=(float(flat_length[one].sum()), float(flat_length[other].sum())),
                 length=float(length[one].sum()),
@@ -107,10 +133,10 @@ def pair_seams(
                     flat[np.append(sides.start[one], sides.end[one[-1]])],
                     flat[np.append(tail[other], head[other[-1]])],
                 ),
-                twisted=same_way,
+                twisted=seam.twisted,
             )
         )
-    return tuple(seams)
+    return tuple(measured)
 
 
 def find_partners(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[IntArray, BoolArray]:

@@ -1,11 +1,10 @@
-"""Draw patterns on a sheet in millimetres, and write it with svgwrite, ezdxf or matplotlib."""
+"""Write patterns as SVG, DXF or PDF with svgwrite, ezdxf or matplotlib."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,48 +14,15 @@ from numpy.typing import ArrayLike
 from .._types import FloatArray
 from ..charts import Atlas
 from ..io import import_optional, replacing
-from .pieces import MILLIMETRES, Pattern, build_pattern
+from .options import MILLIMETRES, PatternOptions
+from .pattern import Pattern, build_pattern
+from .sheets import MARGIN, STYLES, Sheet, build_sheet
 
-MARGIN = 10.0  # margin of the sheet and of each page, and overlap of pages, in mm
 LINE_WIDTH = 0.25  # in mm
-BAR_LENGTHS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)  # possible lengths of the scale bar, in mm
 
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "A0": (841.0, 1189.0), "letter": (215.9, 279.4)}  # mm
 INSTALL_HINT = "patterns need pip install 'igl-linabf[patterns]'"
-
-OUTLINE, SEAM, FOLD, TEXT, GRAIN = "outline", "seam", "fold", "text", "grain"
-COLOURS = {OUTLINE: "#000000", SEAM: "#c02020", FOLD: "#2050c0", TEXT: "#000000", GRAIN: "#208040"}
-DASHED = {FOLD}
 Units = Literal["mm", "cm", "m", "in", "ft", "um"]
-
-
-@dataclass(frozen=True, eq=False)
-class Stroke:
-    """A polyline through points (n, 2), open or closed."""
-
-    layer: str
-    points: FloatArray
-    closed: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class Label:
-    """A text centred at a point."""
-
-    layer: str
-    text: str
-    at: FloatArray
-    height: float
-
-
-@dataclass(frozen=True, eq=False)
-class Sheet:
-    """All lines and texts of a drawing, whose lower left corner is at (0, 0)."""
-
-    width: float
-    height: float
-    strokes: tuple[Stroke, ...]
-    labels: tuple[Label, ...]
 
 
 def write_pattern(
@@ -70,16 +36,25 @@ def write_pattern(
     grain: ArrayLike = (0.0, 0.0, 1.0),
     up: ArrayLike | None = None,
     paper: str = "A4",
+    tabs: float | None = None,
+    allowance: float | None = None,
+    compensation: ArrayLike = (1.0, 1.0),
 ) -> Pattern:
     """Write the pieces of a flattened surface at true scale, to be cut out and joined.
 
-    Both sides of a seam have the same number, at a notch in the middle of each side. Creases are dashed fold
-    lines. An arrow on each piece shows the grain, and a scale bar is drawn below the pieces. A PDF is tiled
-    into pages, which overlap by a centimetre.
+    Both sides of a seam have the same number, at a notch in the middle of each side. Creases are fold lines:
+    dash-dotted mountain folds away from the viewer, who sees the outside of the surface, and dashed valley
+    folds towards the viewer. An arrow on each piece shows the grain. A scale bar and a legend are drawn below
+    the pieces. A PDF is tiled into pages, which overlap by a centimetre.
 
     Pieces of an `Atlas` that fit along a seam are joined, and slits whose sides coincide are closed, so that
     a hole in a plate stays a hole. Seams that were given to `unwrap` are kept. All pieces are rotated so that
     their arrows point up.
+
+    A sheet of thickness t has two sides that differ in size. Pass its mid-surface, t / 2 from both sides,
+    instead of the closed solid. If bends are modelled as arcs of the mid-surface, their bend allowance is
+    included: a bend by the angle a (radians) with the inner radius r takes a (r + k t) of the sheet, with
+    k = 0.5 on the mid-surface.
 
     Parameters
     ----------
@@ -102,18 +77,30 @@ def write_pattern(
         are perpendicular to it, their long sides are horizontal. A single flat piece has upright sides.
     paper : {"A4", "A3", "A0", "letter"}
         Paper size of a PDF.
+    tabs : float, optional
+        Width of glue tabs for paper, in the unit of V. Each straight part of a seam has a trapezoid on one of
+        its sides. Tabs are tapered and, if necessary, less wide than `tabs`: they overlap neither a piece nor
+        another tab, and do not stick out of the face to which they are glued.
+    allowance : float, optional
+        Width of the seam allowance for cloth, in the unit of V. The pieces are cut along lines at this
+        distance from all outlines. Notches extend from the cutting line across the sewing line.
+    compensation : (2,) float
+        Factors by which pieces are enlarged across and along their arrows (weft and warp, if the grain is the
+        warp), after the surface is flattened, and without changing the widths of tabs and allowance. For
+        cloth that shrinks by 5 % along the grain, use (1, 1 / 0.95).
 
     Returns
     -------
     Pattern
-        The drawn lines. `print(pattern)` lists the lengths of both sides of each seam.
+        The drawn lines, in millimetres. `print(pattern)` lists the lengths of both sides of each seam. A
+        `MeshWarning` names seams without room for tabs or allowance.
 
     Raises
     ------
     MeshError
         The arrays do not match.
     ValueError
-        The suffix is unknown, or `units`, `grain`, `up` or `paper` has an invalid value.
+        The suffix is unknown, an option has an invalid value, or both `tabs` and `allowance` are given.
     ImportError
         The package that writes this format is missing; the message has the pip command.
     OSError
@@ -130,13 +117,18 @@ def write_pattern(
     (1, 3, 5)
     >>> bool(pattern.error < 1e-6)
     True
+    >>> bool((pattern.fold_angles > 0).all())  # all folds of a convex body are mountain folds
+    True
+    >>> len(write_pattern(path, V, F, igl_linabf.unwrap(V, F), "mm", tabs=8).tabs)
+    7
     """
     path = Path(path)
     if path.suffix.lower() not in WRITERS:
         raise ValueError(f"{path} is not a pattern file: use one that ends in {', '.join(WRITERS)}")
     if paper not in PAPERS:
         raise ValueError(f"paper is {paper!r}: use one of {', '.join(PAPERS)}")
-    pattern = build_pattern(V, F, atlas, units, crease, grain, up)
+    options = PatternOptions.of(units, crease, grain, up, tabs, allowance, compensation)
+    pattern = build_pattern(V, F, atlas, options)
     with writing_pattern(path, pattern, paper):
         return pattern
 
@@ -148,62 +140,8 @@ def writing_pattern(path: str | os.PathLike[str], pattern: Pattern, paper: str) 
     The suffix selects the format.
     """
     with replacing(path) as temporary:
-        WRITERS[Path(path).suffix.lower()](temporary, _build_sheet(pattern), PAPERS[paper])
+        WRITERS[Path(path).suffix.lower()](temporary, build_sheet(pattern), PAPERS[paper])
         yield
-
-
-def _build_sheet(pattern: Pattern) -> Sheet:
-    """Return a sheet with outlines, seam marks, folds, arrows, names of pieces, and a scale bar."""
-    width, height = pattern.size
-    text = float(np.clip(max(width, height) / 60, 0.5, 5.0))
-    foot = 4 * text + MARGIN
-    shift = np.array([MARGIN, MARGIN + foot])
-    strokes = [Stroke(OUTLINE, line + shift, closed=True) for line in pattern.outlines]
-    strokes += [Stroke(FOLD, fold + shift) for fold in pattern.folds]
-    labels = []
-    for seam in pattern.seams:
-        small = float(
-            np.clip(0.4 * min(seam.lengths), 0.3 * text, text)
-        )  # smaller on short seams, so that neighbouring labels do not overlap
-        for side, towards in zip(seam.sides, (1.0, 1.0 if seam.twisted else -1.0), strict=True):
-            at, normal = _find_midpoint(side)
-            notch = np.array([at, at + 0.8 * small * towards * normal])
-            strokes.append(Stroke(SEAM, notch + shift))
-            labels.append(Label(SEAM, str(seam.number), at + 1.6 * small * towards * normal + shift, small))
-    for i, (tail, head) in enumerate(pattern.grain):
-        strokes += [Stroke(GRAIN, line + shift) for line in _draw_arrow(tail, head, text)]
-        labels.append(Label(TEXT, f"piece {i}", 0.4 * tail + 0.6 * head + shift + [0, 1.5 * text], text))
-    bar = float(
-        max(
-            (length for length in BAR_LENGTHS if length <= 0.6 * max(width, 10 * text)),
-            default=BAR_LENGTHS[0],
-        )
-    )
-    left, base = MARGIN, MARGIN + 1.5 * text
-    ends = [np.array([[x, base - text / 2], [x, base + text / 2]]) for x in (left, left + bar)]
-    rule = np.array([[left, base], [left + bar, base]])
-    strokes += [Stroke(TEXT, line) for line in (rule, *ends)]
-    labels.append(Label(TEXT, f"{bar:g} mm", np.array([left + bar / 2, base + 1.2 * text]), text))
-    whole = max(width, bar, 12 * text) + 2 * MARGIN
-    return Sheet(whole, height + foot + 2 * MARGIN, tuple(strokes), tuple(labels))
-
-
-def _find_midpoint(line: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the point halfway along a line by length, and the unit normal to the left at this point."""
-    step = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    reached = np.cumsum(step)
-    k = min(int(np.searchsorted(reached, reached[-1] / 2)), len(step) - 1)
-    share = (reached[-1] / 2 - reached[k] + step[k]) / max(step[k], np.finfo(float).tiny)
-    along = (line[k + 1] - line[k]) / max(step[k], np.finfo(float).tiny)
-    return line[k] + share * (line[k + 1] - line[k]), np.array([-along[1], along[0]])
-
-
-def _draw_arrow(tail: FloatArray, head: FloatArray, size: float) -> list[FloatArray]:
-    """Return the two polylines of an arrow: its shaft and its head."""
-    along = (head - tail) / max(float(np.linalg.norm(head - tail)), np.finfo(float).tiny)
-    aside = np.array([-along[1], along[0]])
-    barb = np.array([head - size * (along + aside / 2), head, head - size * (along - aside / 2)])
-    return [np.array([tail, head]), barb]
 
 
 def _save_svg(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
@@ -218,19 +156,25 @@ def _save_svg(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
     def flip_y(points: FloatArray) -> list[tuple[float, float]]:
         return [(x, sheet.height - y) for x, y in points.tolist()]
 
-    for layer, colour in COLOURS.items():
-        group = drawing.g(id=layer, stroke=colour, fill="none", stroke_width=LINE_WIDTH)
+    for layer, own in STYLES.items():
+        group = drawing.g(id=layer, stroke=own.colour, fill="none", stroke_width=LINE_WIDTH)
         for stroke in sheet.strokes:
             if stroke.layer == layer:
                 shape = drawing.polygon if stroke.closed else drawing.polyline
-                dashes = {"stroke_dasharray": "3,2"} if layer in DASHED else {}
-                group.add(shape(flip_y(stroke.points), **dashes))
+                style, settings = stroke.style, {}
+                if style.dashes:
+                    settings["stroke_dasharray"] = ",".join(f"{length:g}" for length in style.dashes)
+                if style.colour != own.colour:
+                    settings["stroke"] = style.colour
+                group.add(shape(flip_y(stroke.points), **settings))
         drawing.add(group)
-        texts = drawing.g(fill=colour, text_anchor="middle", font_family="sans-serif")
+        texts = drawing.g(fill=own.colour, font_family="sans-serif")
         for label in sheet.labels:
             if label.layer == layer:
                 (x, y), size = flip_y(label.at[None])[0], label.height
-                texts.add(drawing.text(label.text, insert=(x, y + 0.35 * size), font_size=size))
+                anchor = "middle" if label.centred else "start"
+                place = (x, y + 0.35 * size)
+                texts.add(drawing.text(label.text, insert=place, font_size=size, text_anchor=anchor))
         drawing.add(texts)
     drawing.save()
 
@@ -240,15 +184,23 @@ def _save_dxf(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
     document = ezdxf.new("R2010", setup=True)
     document.units = ezdxf.units.MM
     model = document.modelspace()
-    for layer, colour in COLOURS.items():
-        made = document.layers.add(layer, linetype="DASHED" if layer in DASHED else "CONTINUOUS")
-        made.rgb = tuple(int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    for layer, style in STYLES.items():
+        if style.dashes:
+            signed = [length * (-1) ** k for k, length in enumerate(style.dashes)]
+            document.linetypes.add(layer.upper(), [sum(style.dashes), *signed], description=f"{layer} lines")
+        made = document.layers.add(layer, linetype=layer.upper() if style.dashes else "CONTINUOUS")
+        made.rgb = tuple(int(style.colour[i : i + 2], 16) for i in (1, 3, 5))
     for stroke in sheet.strokes:
-        model.add_lwpolyline(stroke.points.tolist(), close=stroke.closed, dxfattribs={"layer": stroke.layer})
-    middle = ezdxf.enums.TextEntityAlignment.MIDDLE_CENTER
+        line = model.add_lwpolyline(stroke.points.tolist(), close=stroke.closed)
+        line.dxf.layer = stroke.layer
+        if stroke.sample_of is not None:
+            sampled = document.layers.get(stroke.sample_of)
+            line.dxf.linetype, line.rgb = sampled.dxf.linetype, sampled.rgb
+    alignments = ezdxf.enums.TextEntityAlignment
     for label in sheet.labels:
         text = model.add_text(label.text, height=label.height, dxfattribs={"layer": label.layer})
-        text.set_placement(label.at.tolist(), align=middle)
+        align = alignments.MIDDLE_CENTER if label.centred else alignments.MIDDLE_LEFT
+        text.set_placement(label.at.tolist(), align=align)
     document.saveas(path)
 
 
@@ -296,15 +248,14 @@ def _draw_page(
         line = np.vstack((stroke.points, stroke.points[:1])) if stroke.closed else stroke.points
         if (line.max(axis=0) < corner).any() or (line.min(axis=0) > corner + free).any():
             continue
-        style = (0, (6, 4)) if stroke.layer in DASHED else "-"
-        (shape,) = axes.plot(
-            *line.T, color=COLOURS[stroke.layer], linewidth=LINE_WIDTH * points, linestyle=style
-        )
+        style = stroke.style
+        dashes = (0, tuple(length / LINE_WIDTH for length in style.dashes)) if style.dashes else "-"
+        (shape,) = axes.plot(*line.T, color=style.colour, linewidth=LINE_WIDTH * points, linestyle=dashes)
         shape.set_clip_path(frame)
     for label in sheet.labels:
         if (label.at >= corner).all() and (label.at <= corner + free).all():
-            axes.text(*label.at, label.text, fontsize=label.height * points, color=COLOURS[label.layer],
-                      ha="center", va="center")  # fmt: skip
+            axes.text(*label.at, label.text, fontsize=label.height * points, color=STYLES[label.layer].colour,
+                      ha="center" if label.centred else "left", va="center")  # fmt: skip
     axes.text(corner[0], corner[1] - MARGIN / 2, name, fontsize=8, va="center")
     return figure
 

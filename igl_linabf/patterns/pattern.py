@@ -1,0 +1,173 @@
+"""Define `Pattern`, and build it from a surface and its map."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._runtime import align_columns
+from .._types import FloatArray, IntArray
+from ..charts import Atlas
+from ..errors import MeshWarning, some, stack_level
+from .folds import find_folds, find_seam_angles
+from .grain_arrows import place_arrows
+from .options import PatternOptions
+from .pieces import PatternLayout, lay_out
+from .seam_pairs import PatternSeam, measure_seams
+from .tabs import PatternTab, TabPlace
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """The outlines of a flattened surface at true scale, in millimetres, with y pointing up.
+
+    Attributes
+    ----------
+    size : (float, float)
+        Width and height of all pieces together, including tabs and allowance.
+    outlines : tuple of (n, 2) float64
+        Closed lines with the material on their left, including the outlines of holes. With a seam allowance,
+        these are the sewing lines.
+    piece : (#outlines,) int64
+        Piece of each outline.
+    cut_lines : tuple of (n, 2) float64
+        Closed lines along which the pieces are cut: the outlines, with tabs or at the distance of the
+        allowance.
+    seams : tuple of PatternSeam
+    folds : (#folds, 2, 2) float64
+        Edges with a crease inside a piece.
+    fold_angles : (#folds,) float64
+        Angle between the normals of the two faces at each fold, in degrees. Positive angles are mountain
+        folds (fold away from the viewer), negative angles are valley folds (fold towards the viewer), where
+        the viewer sees the side of the surface to which the normals point.
+    crease : float
+        Smallest angle of a fold, in degrees.
+    grain : (#pieces, 2, 2) float64
+        Tail and head of the arrow of each piece.
+    tabs : tuple of PatternTab
+        Glue tabs.
+    tab_width, allowance : float
+        Requested width of the tabs, and width of the seam allowance; 0 for none.
+    compensation : (float, float)
+        Factors by which the pieces are enlarged across and along their arrows. The lengths of `seams`, and
+        all lines, include them.
+    seams_without_room : tuple of int
+        Numbers of the seams without a tab, or with another part of the piece within their allowance.
+    error : float
+        Largest relative change of the length of an edge by the map, without compensation.
+    units : str
+        Unit of length of the surface.
+    """
+
+    size: tuple[float, float]
+    outlines: tuple[FloatArray, ...]
+    piece: IntArray
+    cut_lines: tuple[FloatArray, ...]
+    seams: tuple[PatternSeam, ...]
+    folds: FloatArray
+    fold_angles: FloatArray
+    crease: float
+    grain: FloatArray
+    tabs: tuple[PatternTab, ...]
+    tab_width: float
+    allowance: float
+    compensation: tuple[float, float]
+    seams_without_room: tuple[int, ...]
+    error: float
+    units: str
+
+    @property
+    def pieces(self) -> int:
+        """Number of pieces."""
+        return len(self.grain)
+
+    def __str__(self) -> str:
+        rows: list[tuple[str, ...]] = [("seam", "pieces", "mm", "mm", "on the surface", "change")]
+        for seam in self.seams:
+            pieces = "{} {}".format(*seam.pieces)
+            lengths = [f"{length:.2f}" for length in (*seam.lengths, seam.length)]
+            rows.append((str(seam.number), pieces, *lengths, f"{round(seam.change, 4) + 0.0:+.2%}"))
+        width, height = self.size
+        mountain = int((self.fold_angles > 0).sum())
+        facts = [
+            f"{self.pieces} piece{'s' * (self.pieces != 1)}, {width:.1f} x {height:.1f} mm, "
+            f"{len(self.folds)} fold edges ({mountain} mountain, {len(self.folds) - mountain} valley)"
+        ]
+        if self.tab_width:
+            facts.append(
+                f"{len(self.tabs)} tab{'s' * (len(self.tabs) != 1)} of at most {self.tab_width:g} mm"
+            )
+        if self.allowance:
+            facts.append(f"a seam allowance of {self.allowance:g} mm")
+        if self.compensation != (1, 1):
+            facts.append("enlarged by {:g} across and {:g} along the grain".format(*self.compensation))
+        facts += [f"edges change by {self.error:.2%} at most", f"the surface is in {self.units}"]
+        return f"{align_columns(rows)}\n{'; '.join(facts)}"
+
+
+def build_pattern(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, options: PatternOptions) -> Pattern:
+    """Build the pattern of a surface. The arguments are as in `write_pattern`."""
+    layout = lay_out(V, F, atlas, options)
+    cut, sides = layout.cut, layout.sides
+    piece, loops = cut.piece, cut.topology.loops
+    folds, fold_angles = find_folds(cut, options.crease)
+    angles = find_seam_angles(cut, sides, layout.seams)
+    _warn_about_seams(layout, options)
+    corners = np.concatenate(layout.cut_lines)
+    return Pattern(
+        size=(float(corners[:, 0].max()), float(corners[:, 1].max())),
+        outlines=tuple(cut.flat[loop] for loop in loops),
+        piece=np.array([piece[loop[0]] for loop in loops], dtype=np.int64),
+        cut_lines=layout.cut_lines,
+        seams=measure_seams(layout.seams, sides, cut.surface, cut.flat, piece),
+        folds=cut.flat[folds],
+        fold_angles=fold_angles,
+        crease=options.crease,
+        grain=place_arrows(cut, loops, piece, layout.arrows),
+        tabs=tuple(_describe_tab(tab, layout, angles) for tab in layout.tabs),
+        tab_width=options.tabs,
+        allowance=options.allowance,
+        compensation=options.compensation,
+        seams_without_room=layout.seams_without_room,
+        error=layout.error,
+        units=options.units,
+    )
+
+
+def _describe_tab(tab: TabPlace, layout: PatternLayout, angles: FloatArray) -> PatternTab:
+    """Return a tab with its lines and its angle; `angles` are the dihedral angles at all sides."""
+    cut, sides = layout.cut, layout.sides
+    base = np.append(sides.start[tab.run], sides.end[tab.run[-1]])
+    weight = sides.lengths(cut.surface)[tab.run]
+    return PatternTab(
+        seam=tab.seam + 1,
+        piece=int(cut.piece[base[0]]),
+        base=cut.flat[base],
+        top=tab.top,
+        angle=float(angles[tab.run] @ weight / weight.sum()),
+    )
+
+
+def _warn_about_seams(layout: PatternLayout, options: PatternOptions) -> None:
+    """Warn about seams without a tab, and about seams and holes without room for their allowance."""
+    seams, number, messages = layout.seams_without_room, len(layout.seams), []
+    if seams and options.tabs:
+        messages.append(
+            f"no tab fits beside {len(seams)} of {number} seams ({some(seams)}): use narrower tabs, or glue "
+            "a strip of paper behind these seams"
+        )
+    elif seams:
+        messages.append(
+            f"another part of the piece is closer than twice the allowance at {len(seams)} of {number} seams "
+            f"({some(seams)}): fold these seams as darts, or use a smaller allowance"
+        )
+    if layout.closed_holes:
+        messages.append(
+            f"the allowance covers holes ({layout.closed_holes}), which therefore have no cutting line: use "
+            "a smaller allowance, or cut along their outlines"
+        )
+    for message in messages:
+        warnings.warn(message, MeshWarning, stacklevel=stack_level())
