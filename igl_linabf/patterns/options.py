@@ -33,7 +33,7 @@ class PatternOptions:
     tabs, allowance : float
         Widths of glue tabs and of the seam allowance; 0 for none.
     compensation : (float, float)
-        Factors by which pieces are enlarged across and along the grain.
+        Factors that enlarge the pieces across and along the grain.
     """
 
     units: str

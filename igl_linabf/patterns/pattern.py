@@ -41,8 +41,8 @@ class Pattern:
         Edges with a crease inside a piece.
     fold_angles : (#folds,) float64
         Angle between the normals of the two faces at each fold, in degrees. Positive angles are mountain
-        folds (fold away from the viewer), negative angles are valley folds (fold towards the viewer), where
-        the viewer sees the side of the surface to which the normals point.
+        folds (fold away from the viewer), negative angles are valley folds (fold towards the viewer). The
+        viewer sees the outside of the surface, where the normals point.
     crease : float
         Smallest angle of a fold, in degrees.
     grain : (#pieces, 2, 2) float64
@@ -52,7 +52,7 @@ class Pattern:
     tab_width, allowance : float
         Requested width of the tabs, and width of the seam allowance; 0 for none.
     compensation : (float, float)
-        Factors by which the pieces are enlarged across and along their arrows. The lengths of `seams`, and
+        Factors that enlarge the pieces across and along their arrows. The lengths of `seams`, and
         all lines, include them.
     seams_without_room : tuple of int
         Numbers of the seams without a tab, or with another part of the piece within their allowance.

@@ -81,7 +81,7 @@ class SeamSides:
     Attributes
     ----------
     one, other : (n,) int64
-        Row indices into the sides of a `Sides`, in the order in which they are joined.
+        Row indices into the sides of a `Sides`; each side of `one` is joined with the same row of `other`.
     twisted : bool
         Whether both parts run along their outlines in the same direction.
     """

@@ -86,7 +86,7 @@ class _Base:
     points, opposite : (n + 1, 2) float64
         Points along the run, and the points of the other side that they are joined with.
     piece, receiver : int
-        The pieces on which the tab is, and to which it is glued.
+        The piece with the tab, and the piece behind the tab.
     twisted : bool
     """
 
@@ -109,7 +109,7 @@ def place_tabs(
     """Return tabs on one side of each seam: the side on which the tabs are longer.
 
     Long seams come first. Each tab is as deep as possible up to `width`, and does not stick out of the face
-    to which it is glued.
+    behind it.
 
     Parameters
     ----------

@@ -80,14 +80,14 @@ def write_pattern(
     tabs : float, optional
         Width of glue tabs for paper, in the unit of V. Each straight part of a seam has a trapezoid on one of
         its sides. Tabs are tapered and, if necessary, less wide than `tabs`: they overlap neither a piece nor
-        another tab, and do not stick out of the face to which they are glued.
+        another tab, and do not stick out of the face behind them.
     allowance : float, optional
         Width of the seam allowance for cloth, in the unit of V. The pieces are cut along lines at this
         distance from all outlines. Notches extend from the cutting line across the sewing line.
     compensation : (2,) float
-        Factors by which pieces are enlarged across and along their arrows (weft and warp, if the grain is the
-        warp), after the surface is flattened, and without changing the widths of tabs and allowance. For
-        cloth that shrinks by 5 % along the grain, use (1, 1 / 0.95).
+        Factors that enlarge the pieces across and along their arrows (weft and warp, if the grain is the
+        warp). They are applied last, and do not change the widths of tabs and allowance. For cloth that
+        shrinks by 5 % along the grain, use (1, 1 / 0.95).
 
     Returns
     -------

@@ -152,13 +152,19 @@ def reflected(tab: object, pattern: Pattern) -> shapely.Polygon:
     raise AssertionError("the tab is on neither side of its seam")
 
 
-TABBED = {"box": box(60, 40, 80), "star": star(), "thin plate": box(80, 60, 5), "cone": band(24, 60, 0.4)}
+TABBED = {
+    "box": box(60, 40, 80),
+    "star": star(),
+    "thin plate": box(80, 60, 5),
+    "cone": (band(24, 60, 0.4)[0] * [50, 50, 1], band(24, 60, 0.4)[1]),
+    "shallow cone": (band(24, 10, 0.4)[0] * [50, 50, 1], band(24, 10, 0.4)[1]),  # its seam faces itself
+    "icosahedron": (40 * igl.icosahedron()[0], igl.icosahedron()[1]),
+}
 
 
 @pytest.mark.parametrize("name", TABBED)
 def test_each_seam_has_tabs_on_one_side_that_overlap_nothing(tmp_path: Path, name: str) -> None:
     V, F = TABBED[name]
-    V = V * [50, 50, 1] if name == "cone" else V
     pattern = made(tmp_path / "p.svg", (V, F), tabs=8)
     plain = made(tmp_path / "q.svg", (V, F))
     assert pattern.seams_without_room == ()
