@@ -7,7 +7,7 @@ lines and grain arrows.
 from .options import DEFAULT_UNITS as DEFAULT_UNITS
 from .options import MILLIMETRES
 from .options import PatternOptions as PatternOptions
-from .pattern import Pattern
+from .pattern import Pattern, PatternReport
 from .pattern import build_pattern as build_pattern
 from .seam_pairs import PatternSeam
 from .tabs import PatternTab

@@ -20,6 +20,30 @@ from .seam_pairs import PatternSeam, measure_seams
 from .tabs import PatternTab, TabPlace
 
 
+@dataclass(frozen=True)
+class PatternReport:
+    """How a pattern was made.
+
+    Attributes
+    ----------
+    crease : float
+        Smallest angle of a fold, in degrees.
+    tab_width, allowance : float
+        Requested width of the tabs, and width of the seam allowance, in millimetres; 0 for none.
+    compensation : (float, float)
+        Factors that enlarge the pieces across and along their arrows. The lengths of seams, and all lines,
+        include them.
+    seams_without_room : tuple of int
+        Numbers of the seams without a tab, or with another part of the piece within their allowance.
+    """
+
+    crease: float
+    tab_width: float
+    allowance: float
+    compensation: tuple[float, float]
+    seams_without_room: tuple[int, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Pattern:
     """The outlines of a flattened surface at true scale, in millimetres, with y pointing up.
@@ -43,23 +67,15 @@ class Pattern:
         Angle between the normals of the two faces at each fold, in degrees. Positive angles are mountain
         folds (fold away from the viewer), negative angles are valley folds (fold towards the viewer). The
         viewer sees the outside of the surface, where the normals point.
-    crease : float
-        Smallest angle of a fold, in degrees.
     grain : (#pieces, 2, 2) float64
         Tail and head of the arrow of each piece.
     tabs : tuple of PatternTab
         Glue tabs.
-    tab_width, allowance : float
-        Requested width of the tabs, and width of the seam allowance; 0 for none.
-    compensation : (float, float)
-        Factors that enlarge the pieces across and along their arrows. The lengths of `seams`, and
-        all lines, include them.
-    seams_without_room : tuple of int
-        Numbers of the seams without a tab, or with another part of the piece within their allowance.
     error : float
         Largest relative change of the length of an edge by the map, without compensation.
     units : str
         Unit of length of the surface.
+    report : PatternReport
     """
 
     size: tuple[float, float]
@@ -69,15 +85,11 @@ class Pattern:
     seams: tuple[PatternSeam, ...]
     folds: FloatArray
     fold_angles: FloatArray
-    crease: float
     grain: FloatArray
     tabs: tuple[PatternTab, ...]
-    tab_width: float
-    allowance: float
-    compensation: tuple[float, float]
-    seams_without_room: tuple[int, ...]
     error: float
     units: str
+    report: PatternReport
 
     @property
     def pieces(self) -> int:
@@ -96,14 +108,14 @@ class Pattern:
             f"{self.pieces} piece{'s' * (self.pieces != 1)}, {width:.1f} x {height:.1f} mm, "
             f"{len(self.folds)} fold edges ({mountain} mountain, {len(self.folds) - mountain} valley)"
         ]
-        if self.tab_width:
+        if self.report.tab_width:
             facts.append(
-                f"{len(self.tabs)} tab{'s' * (len(self.tabs) != 1)} of at most {self.tab_width:g} mm"
+                f"{len(self.tabs)} tab{'s' * (len(self.tabs) != 1)} of at most {self.report.tab_width:g} mm"
             )
-        if self.allowance:
-            facts.append(f"a seam allowance of {self.allowance:g} mm")
-        if self.compensation != (1, 1):
-            facts.append("enlarged by {:g} across and {:g} along the grain".format(*self.compensation))
+        if self.report.allowance:
+            facts.append(f"a seam allowance of {self.report.allowance:g} mm")
+        if self.report.compensation != (1, 1):
+            facts.append("enlarged by {:g} across and {:g} along the grain".format(*self.report.compensation))
         facts += [f"edges change by {self.error:.2%} at most", f"the surface is in {self.units}"]
         return f"{align_columns(rows)}\n{'; '.join(facts)}"
 
@@ -125,15 +137,13 @@ def build_pattern(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, options:
         seams=measure_seams(layout.seams, sides, cut.surface, cut.flat, piece),
         folds=cut.flat[folds],
         fold_angles=fold_angles,
-        crease=options.crease,
         grain=place_arrows(cut, loops, piece, layout.arrows),
         tabs=tuple(_describe_tab(tab, layout, angles) for tab in layout.tabs),
-        tab_width=options.tabs,
-        allowance=options.allowance,
-        compensation=options.compensation,
-        seams_without_room=layout.seams_without_room,
         error=layout.error,
         units=options.units,
+        report=PatternReport(
+            options.crease, options.tabs, options.allowance, options.compensation, layout.seams_without_room
+        ),
     )
 
 

@@ -117,9 +117,9 @@ def build_sheet(pattern: Pattern) -> Sheet:
 def _draw_pieces(pattern: Pattern, text: float) -> tuple[list[Stroke], list[Label]]:
     """Return outlines, sewing lines, tabs, folds, seam marks, arrows and names of the pieces."""
     strokes = [Stroke(OUTLINE, line, closed=True) for line in pattern.cut_lines]
-    if pattern.allowance:
+    if pattern.report.allowance:
         strokes += [Stroke(SEWING, line, closed=True) for line in pattern.outlines]
-    strokes += [Stroke(_layer_of_tab(tab.angle, pattern.crease), tab.base) for tab in pattern.tabs]
+    strokes += [Stroke(_layer_of_tab(tab.angle, pattern.report.crease), tab.base) for tab in pattern.tabs]
     for layer, kind in ((MOUNTAIN, pattern.fold_angles > 0), (VALLEY, pattern.fold_angles <= 0)):
         strokes += [Stroke(layer, line) for line in join_segments(pattern.folds[kind])]
     labels = []
@@ -131,7 +131,7 @@ def _draw_pieces(pattern: Pattern, text: float) -> tuple[list[Stroke], list[Labe
             at, normal = _find_midpoint(side)
             inward = towards * normal
             strokes.append(
-                Stroke(SEAM, np.array([at - pattern.allowance * inward, at + 0.8 * small * inward]))
+                Stroke(SEAM, np.array([at - pattern.report.allowance * inward, at + 0.8 * small * inward]))
             )
             labels.append(Label(SEAM, str(seam.number), at + 1.6 * small * inward, small))
     for i, (tail, head) in enumerate(pattern.grain):
@@ -156,11 +156,11 @@ def _draw_legend(pattern: Pattern, used: set[str], text: float) -> tuple[list[St
         SEWING: "sewing line",
     }
     rows = [(layer, meaning) for layer, meaning in meanings.items() if layer in used]
-    if pattern.allowance:
-        rows.append((OUTLINE, f"cutting line, with an allowance of {pattern.allowance:g} mm"))
+    if pattern.report.allowance:
+        rows.append((OUTLINE, f"cutting line, with an allowance of {pattern.report.allowance:g} mm"))
     sample, strokes, labels = max(6 * text, MIN_SAMPLE), [], []
-    if pattern.compensation != (1, 1):
-        factors = "enlarged by {:g} across and {:g} along the arrows".format(*pattern.compensation)
+    if pattern.report.compensation != (1, 1):
+        factors = "enlarged by {:g} across and {:g} along the arrows".format(*pattern.report.compensation)
         rows.insert(0, ("", factors))
     for k, (layer, meaning) in enumerate(rows):
         at = np.array([MARGIN, MARGIN + (4.2 + 2 * k) * text])
