@@ -35,12 +35,12 @@ def star(tips: int = 5, height: float = 40.0) -> Mesh:
     return np.vstack((ring, ring + np.array([0, 0, height]))), caps + walls
 
 
-def made(path: Path, mesh: Mesh, seams: object = None, **options: object) -> Pattern:
+def draw(path: Path, mesh: Mesh, seams: object = None, **options: object) -> Pattern:
     V, F = mesh
     return write_pattern(path, V, F, unwrap(V, F, seams, method="isometric", progress=False), **options)
 
 
-def regions(lines: tuple[np.ndarray, ...]) -> list[shapely.Polygon]:
+def build_regions(lines: tuple[np.ndarray, ...]) -> list[shapely.Polygon]:
     """Return the regions within closed lines, whose holes are traced clockwise."""
     rings = [shapely.LinearRing(line) for line in lines]
     holes = [ring for ring in rings if not ring.is_ccw]
@@ -53,7 +53,7 @@ def regions(lines: tuple[np.ndarray, ...]) -> list[shapely.Polygon]:
 
 def assert_apart(pattern: Pattern) -> None:
     """Assert that the cut pieces are simple, and do not overlap on the sheet."""
-    cut = regions(pattern.cut_lines)
+    cut = build_regions(pattern.cut_lines)
     assert shapely.is_valid(cut).all()
     one, other = shapely.STRtree(cut).query(cut, predicate="intersects")
     assert (one == other).all()
@@ -68,11 +68,11 @@ def test_folds_are_mountain_folds_seen_from_outside(tmp_path: Path, turned: bool
     V = V @ TURNED.T if turned else V
     mirrored = V * [-1, 1, 1]
     for points, faces, expected in ((V, F, 90), (V, F[:, ::-1], -90), (mirrored, F, -90)):
-        assert made(tmp_path / "p.svg", (points, faces)).fold_angles == pytest.approx(np.full(5, expected))
+        assert draw(tmp_path / "p.svg", (points, faces)).fold_angles == pytest.approx(np.full(5, expected))
 
 
 def test_a_star_has_mountain_folds_at_its_tips_and_valley_folds_between(tmp_path: Path) -> None:
-    pattern = made(tmp_path / "p.svg", star())
+    pattern = draw(tmp_path / "p.svg", star())
     tip = 2 * np.degrees(np.arctan2(30 * np.sin(np.pi / 5), 60 - 30 * np.cos(np.pi / 5)))
     mountain = pattern.fold_angles > 0
     assert pattern.fold_angles[mountain] == pytest.approx(180 - tip)
@@ -82,7 +82,7 @@ def test_a_star_has_mountain_folds_at_its_tips_and_valley_folds_between(tmp_path
 
 
 def test_mountain_and_valley_folds_differ_in_every_format(tmp_path: Path) -> None:
-    pattern = made(tmp_path / "p.svg", star())
+    pattern = draw(tmp_path / "p.svg", star())
     counts = {
         "mountain": int((pattern.fold_angles > 0).sum()),
         "valley": int((pattern.fold_angles < 0).sum()),
@@ -101,7 +101,7 @@ def test_mountain_and_valley_folds_differ_in_every_format(tmp_path: Path) -> Non
     texts = [text.text for text in root.iter("{http://www.w3.org/2000/svg}text")]
     assert {"mountain fold: away from you", "valley fold: towards you"} <= set(texts)
 
-    made(tmp_path / "p.dxf", star())
+    draw(tmp_path / "p.dxf", star())
     document = ezdxf.readfile(tmp_path / "p.dxf")
     assert not document.audit().errors
     for name, count in counts.items():
@@ -110,7 +110,7 @@ def test_mountain_and_valley_folds_differ_in_every_format(tmp_path: Path) -> Non
     assert len({*kinds, "CONTINUOUS"}) == 3
     assert all(kind in document.linetypes for kind in kinds)
 
-    made(tmp_path / "p.pdf", star(), paper="A0")
+    draw(tmp_path / "p.pdf", star(), paper="A0")
     page = pytest.importorskip("pypdfium2").PdfDocument(tmp_path / "p.pdf")[0]
     text = page.get_textpage().get_text_range()
     assert "mountain fold" in text
@@ -139,7 +139,7 @@ def test_short_segments_are_drawn_as_one_line() -> None:
     )
 
 
-def reflected(tab: object, pattern: Pattern) -> shapely.Polygon:
+def reflect_tab(tab: object, pattern: Pattern) -> shapely.Polygon:
     """Return where a tab is glued: beside the other side of its seam."""
     seam = pattern.seams[tab.seam - 1]
     for own, other in (seam.sides, seam.sides[::-1]):
@@ -165,12 +165,12 @@ TABBED = {
 @pytest.mark.parametrize("name", TABBED)
 def test_each_seam_has_tabs_on_one_side_that_overlap_nothing(tmp_path: Path, name: str) -> None:
     V, F = TABBED[name]
-    pattern = made(tmp_path / "p.svg", (V, F), tabs=8)
-    plain = made(tmp_path / "q.svg", (V, F))
+    pattern = draw(tmp_path / "p.svg", (V, F), tabs=8)
+    plain = draw(tmp_path / "q.svg", (V, F))
     assert pattern.report.seams_without_room == ()
     area = sum(shapely.Polygon(tab.outline).area for tab in pattern.tabs)
-    inside = sum(part.area for part in regions(plain.cut_lines))
-    assert sum(part.area for part in regions(pattern.cut_lines)) == pytest.approx(inside + area)
+    inside = sum(part.area for part in build_regions(plain.cut_lines))
+    assert sum(part.area for part in build_regions(pattern.cut_lines)) == pytest.approx(inside + area)
     assert_apart(pattern)
     edges = [[*line, line[0]] for line in pattern.outlines]
     drawn = [shapely.LineString(line) for line in (*edges, *pattern.folds)]
@@ -187,19 +187,19 @@ def test_each_seam_has_tabs_on_one_side_that_overlap_nothing(tmp_path: Path, nam
         assert 2 <= depth[0] <= 8 + 1e-9
         inset = (tab.top[0] - tab.base[0]) @ along, (tab.base[-1] - tab.top[1]) @ along
         assert min(inset) > 0.3 * depth[0]
-        glued = reflected(tab, pattern).buffer(-0.02)
+        glued = reflect_tab(tab, pattern).buffer(-0.02)
         assert any(face.covers(glued) for face in faces)
     if name == "box":
         assert all(np.ptp((tab.outline - tab.base[0]) @ [1, 0]) >= 8 - 1e-9 for tab in pattern.tabs)
 
 
 def test_the_base_of_a_tab_is_a_fold_where_the_surface_has_a_crease(tmp_path: Path) -> None:
-    pattern = made(tmp_path / "p.svg", box(60, 40, 80), tabs=8)
+    pattern = draw(tmp_path / "p.svg", box(60, 40, 80), tabs=8)
     _, lines = read_svg(tmp_path / "p.svg")
     assert [tab.angle for tab in pattern.tabs] == pytest.approx([90] * 7)
     assert len(lines["mountain"]) == 12  # each edge of the box is folded once
     V, F = band(48, 60, 0.4)
-    pattern = made(tmp_path / "p.svg", (V * [50, 50, 1], F), tabs=8)
+    pattern = draw(tmp_path / "p.svg", (V * [50, 50, 1], F), tabs=8)
     _, lines = read_svg(tmp_path / "p.svg")
     assert len(lines["tab"]) == len(pattern.tabs) == 1
     assert not lines["mountain"]
@@ -207,20 +207,20 @@ def test_the_base_of_a_tab_is_a_fold_where_the_surface_has_a_crease(tmp_path: Pa
 
 def test_lengths_have_the_unit_of_the_surface(tmp_path: Path) -> None:
     V, F = box(6, 4, 8)
-    inches = made(tmp_path / "p.svg", (V, F), units="in", tabs=0.5)
+    inches = draw(tmp_path / "p.svg", (V, F), units="in", tabs=0.5)
     assert inches.report.tab_width == pytest.approx(12.7)
     assert shapely.Polygon(inches.tabs[0].outline).area > 0
-    millimetres = made(tmp_path / "p.svg", (V * 25.4, F), allowance=12.7)
-    inches = made(tmp_path / "p.svg", (V, F), units="in", allowance=0.5)
+    millimetres = draw(tmp_path / "p.svg", (V * 25.4, F), allowance=12.7)
+    inches = draw(tmp_path / "p.svg", (V, F), units="in", allowance=0.5)
     assert inches.size == pytest.approx(millimetres.size)
 
 
 def test_an_allowance_has_a_constant_width_also_in_holes(tmp_path: Path) -> None:
-    pattern = made(tmp_path / "p.svg", plate({(i, j) for i in (5, 6, 7) for j in (3, 4)}), allowance=7)
+    pattern = draw(tmp_path / "p.svg", plate({(i, j) for i in (5, 6, 7) for j in (3, 4)}), allowance=7)
     assert pattern.size == pytest.approx((130 + 14, 90 + 14))
     sizes = sorted(np.ptp(line, axis=0).tolist() for line in pattern.cut_lines)
     assert sizes == [pytest.approx([30 - 14, 20 - 14]), pytest.approx([130 + 14, 90 + 14])]
-    pattern = made(tmp_path / "p.svg", star(), allowance=6)
+    pattern = draw(tmp_path / "p.svg", star(), allowance=6)
     sewing = shapely.MultiLineString([[*line, line[0]] for line in pattern.outlines])
     corners = np.concatenate(pattern.cut_lines)
     distance = shapely.distance(sewing, shapely.points(corners))
@@ -233,7 +233,7 @@ def test_an_allowance_has_a_constant_width_also_in_holes(tmp_path: Path) -> None
 
 
 def test_notches_reach_from_the_cutting_line_across_the_sewing_line(tmp_path: Path) -> None:
-    pattern = made(tmp_path / "p.svg", box(60, 40, 80), allowance=10)
+    pattern = draw(tmp_path / "p.svg", box(60, 40, 80), allowance=10)
     _, lines = read_svg(tmp_path / "p.svg")
     assert len(lines["outline"]) == len(pattern.cut_lines)
     assert len(lines["sewing"]) == len(pattern.outlines)
@@ -253,7 +253,7 @@ def test_many_finished_pieces_do_not_overlap(tmp_path: Path, finish: dict[str, f
     V = V / 3
     grid = np.concatenate([V + np.array([60.0 * i, 60.0 * j, 0]) for i in range(3) for j in range(3)])
     faces = [[v + len(V) * k for v in face] for k in range(9) for face in F]
-    pattern = made(tmp_path / "p.svg", (grid, faces), **finish)
+    pattern = draw(tmp_path / "p.svg", (grid, faces), **finish)
     assert pattern.pieces >= 9
     assert_apart(pattern)
 
@@ -263,8 +263,8 @@ def test_compensation_enlarges_across_and_along_the_grain(
     tmp_path: Path, grain: tuple[int, int, int]
 ) -> None:
     V, F = plate(set())
-    plain = made(tmp_path / "p.svg", (V, F), grain=grain)
-    pattern = made(tmp_path / "p.svg", (V, F), grain=grain, compensation=(1.02, 1.1))
+    plain = draw(tmp_path / "p.svg", (V, F), grain=grain)
+    pattern = draw(tmp_path / "p.svg", (V, F), grain=grain, compensation=(1.02, 1.1))
     along = plain.grain[0, 1] - plain.grain[0, 0]
     factors = (1.02, 1.1) if abs(along[1]) > abs(along[0]) else (1.1, 1.02)
     assert pattern.size == pytest.approx(np.multiply(plain.size, factors))
@@ -272,7 +272,7 @@ def test_compensation_enlarges_across_and_along_the_grain(
     assert pattern.error == pytest.approx(0, abs=1e-6)
     assert "1.02 across and 1.1 along" in str(pattern)
     # the width of the allowance is not enlarged
-    wide = made(tmp_path / "p.svg", (V, F), grain=grain, compensation=(1.02, 1.1), allowance=5)
+    wide = draw(tmp_path / "p.svg", (V, F), grain=grain, compensation=(1.02, 1.1), allowance=5)
     assert wide.size == pytest.approx(np.add(pattern.size, 10))
 
 
@@ -280,7 +280,7 @@ def test_each_piece_is_enlarged_along_its_own_grain(tmp_path: Path) -> None:
     V, F = band(5, 40.0)
     V = V * [30, 30, 1]
     every = np.column_stack((np.arange(5), np.arange(5, 10)))
-    pattern = made(tmp_path / "p.svg", (V, F), every, compensation=(1.0, 1.2))
+    pattern = draw(tmp_path / "p.svg", (V, F), every, compensation=(1.0, 1.2))
     assert pattern.pieces == 5
     for line in pattern.outlines:
         assert np.ptp(line[:, 1]) == pytest.approx(48)
@@ -305,14 +305,14 @@ def test_seams_and_holes_without_room_are_reported(tmp_path: Path) -> None:
     across = across[np.argsort(V[across, 1])][:5]
     slit = np.column_stack((across[:-1], across[1:]))
     with pytest.warns(MeshWarning, match=r"no tab fits beside 1 of 1 seams \(1\)"):
-        pattern = made(tmp_path / "p.svg", (V, F), slit, tabs=5)
+        pattern = draw(tmp_path / "p.svg", (V, F), slit, tabs=5)
     assert pattern.report.seams_without_room == (1,)
     with pytest.warns(MeshWarning, match=r"closer than twice the allowance at 1 of 1 seams \(1\)"):
-        pattern = made(tmp_path / "p.svg", (V, F), slit, allowance=2)
+        pattern = draw(tmp_path / "p.svg", (V, F), slit, allowance=2)
     assert pattern.report.seams_without_room == (1,)
     with pytest.warns(MeshWarning, match=r"covers holes \(1\)"):
-        assert len(made(tmp_path / "p.svg", (V, F), allowance=6).cut_lines) == 1
-    assert len(made(tmp_path / "p.svg", (V, F), allowance=4).cut_lines) == 2
+        assert len(draw(tmp_path / "p.svg", (V, F), allowance=6).cut_lines) == 1
+    assert len(draw(tmp_path / "p.svg", (V, F), allowance=4).cut_lines) == 2
 
 
 WRONG = {
@@ -333,7 +333,7 @@ WRONG = {
 def test_wrong_options_are_refused_with_a_remedy(tmp_path: Path, name: str) -> None:
     options, message = WRONG[name]
     with pytest.raises(ValueError, match=message):
-        made(tmp_path / "p.svg", box(60, 40, 80), **options)
+        draw(tmp_path / "p.svg", box(60, 40, 80), **options)
     assert not list(tmp_path.iterdir())
 
 
