@@ -32,6 +32,7 @@ SECTIONS = [
     ("Boundaries to order", "boundaries.py"),
     ("Any surface, beside other programs", "unwrap.py"),
     ("What trade buys", "trade.py"),
+    ("Bounds on the whole atlas", "bounds.py"),
     ("What each mechanism is for", "mechanisms.py"),
     ("What each mechanism of maps is for", "map_mechanisms.py"),
     ("Nasty meshes", "nasty.py"),

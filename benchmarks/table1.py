@@ -157,7 +157,7 @@ def measure_mesh(mesh: Mesh, repeat: int) -> Row:
 
 
 def describe_tiny_corners(V: np.ndarray, F: np.ndarray, exact: np.ndarray, default: np.ndarray) -> str:
-    """Describe the triangle on which the default is worse than ABF by most, in relative errors."""
+    """Describe the triangle where the relative errors of the default exceed the errors of ABF most."""
     own = corner_angles(V[F])
     errors = [(((corner_angles(uv[F]) - own) / own) ** 2).sum(axis=1) / own.size for uv in (default, exact)]
     worst = int(np.argmax(errors[0] - errors[1]))

@@ -112,7 +112,7 @@ NOT_NUMBERS = ("2", "", [2.5, 3.5], [], {}, (), np.ones(3), 1j, object(), float(
 BALL = igl.icosahedron()
 NUMBERS: dict[str, tuple[Callable[..., object], tuple[str, ...]]] = {
     "unwrap": (partial(unwrap, *BALL), ("weld", "packing")),
-    "ChartOptions": (ChartOptions, ("trade", "max_stretch")),
+    "ChartOptions": (ChartOptions, ("trade", "max_stretch", "max_dirichlet", "max_charts")),
     "Packing": (Packing, ("margin", "resolution")),
     "Packing for a texture": (partial(Packing, resolution=64), ("padding", "texel_density", "pages")),
     "Cones": (partial(Cones, 6, angles="quarter"), ("period",)),

@@ -42,6 +42,8 @@ CHARTS: dict[str, Any] = {
     "keep_holes": True,
     "extend": True,
     "max_stretch": 1.05,
+    "max_dirichlet": 4.1,
+    "max_charts": 2,
     "repair_overlaps": True,
     "labels": np.arange(len(BODY[1])) // 100,
 }

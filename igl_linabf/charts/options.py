@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, is_number, some
 from ..flattening import Isometric, Method
-from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH
+from .atlas import ISOMETRY_ENERGY, STRETCH_ROUNDING, UNUSABLE_STRETCH
 from .cones import Cones, GivenCones
 from .features import Hiding
 from .packing import Packing, PackingRequest
@@ -38,6 +38,13 @@ class ChartOptions:
     max_stretch : float, optional
         Cut charts, also along edges that are not in `seams=`, until the L2 stretch of each chart is at most
         `max_stretch`, which is at least 1. By default stretch is only weighed against the length of seams.
+    max_dirichlet : float, optional
+        Bound on the mean symmetric Dirichlet energy of the whole atlas: the mean of s1^2 + s2^2 + s1^-2 +
+        s2^-2 over the area, which is 4 for an isometry, or 4 times `Quality.symmetric_dirichlet`. The bound
+        is met by a search over `trade`, for the shortest seams. 4.1 is the bound of OptCuts and UVgami.
+    max_charts : int, optional
+        Bound on the number of charts, met by a search over smaller values of `trade`. With `max_dirichlet`,
+        the atlas has to meet both.
     repair_overlaps : bool
         If a chart overlaps itself, move its parts apart with `make_bijective` instead of splitting it, and
         report the increase of F/3nt as `Chart.distortion_increase`. Charts with holes, and charts whose
@@ -49,7 +56,7 @@ class ChartOptions:
     Raises
     ------
     ValueError
-        `trade` or `max_stretch` is out of its range.
+        `trade`, `max_stretch`, `max_dirichlet` or `max_charts` is out of its range.
 
     Examples
     --------
@@ -66,6 +73,8 @@ class ChartOptions:
     keep_holes: bool = False
     extend: bool = False
     max_stretch: float | None = None
+    max_dirichlet: float | None = None
+    max_charts: int | None = None
     repair_overlaps: bool = False
     labels: ArrayLike | None = None
 
@@ -73,6 +82,16 @@ class ChartOptions:
         check_trade(self.trade)
         if self.max_stretch is not None and not is_number(self.max_stretch, 1):
             raise ValueError(f"max_stretch is {self.max_stretch!r}: give an L2 stretch from 1 (none) upwards")
+        energy, charts = self.max_dirichlet, self.max_charts
+        if energy is not None and not is_number(energy, ISOMETRY_ENERGY, above=True):
+            raise ValueError(f"max_dirichlet is {energy!r}: give a number above 4, the energy of an isometry")
+        if charts is not None and not (is_number(charts, 1, whole=True) and charts < np.inf):
+            raise ValueError(f"max_charts is {charts!r}: give a whole number, 1 or larger")
+
+    @property
+    def bounds_atlas(self) -> bool:
+        """Return True if a bound on the whole atlas is to be met by a search over `trade`."""
+        return self.max_dirichlet is not None or self.max_charts is not None
 
     def label_faces(self, face: IntArray) -> IntArray | None:
         """Return the label of each triangle; `face` has the caller's face of each triangle.
@@ -123,6 +142,11 @@ def resolve_options(
         raise ValueError(f"charts is {charts!r}: give ChartOptions, and edges as seams=")
     if asked.extend and seams is None:
         raise ValueError("extend=True adds to given seams: give their edges as seams=, or leave it out")
+    if asked.bounds_atlas and seams is not None and not asked.extend:
+        raise ValueError(
+            "max_dirichlet and max_charts are met by the choice of further seams: give extend=True with "
+            "seams=, or leave them out"
+        )
     coned = cones if cones is None or isinstance(cones, Cones) else Cones(cones)
     request = PackingRequest.of(packing)
     if coned is not None and request.unseen != 1:

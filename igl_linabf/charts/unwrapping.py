@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -56,6 +56,7 @@ from .packing import (
     pack_maps,
 )
 from .periodic import shift_by_period
+from .trade_search import search_trade
 
 MAX_MARGIN_SHARE = 0.64  # largest share of a page that the margins around charts may cover
 SEARCHED_OVER_TRIAL = 0.88  # least ratio of the page size after a full search to that of a quick trial
@@ -129,7 +130,8 @@ def unwrap(
         The mesh was repaired, or its vertices were welded; `atlas.report.repairs` has the details. Or some
         boundary edges coincide, but fewer than half; charts end there unless `weld=0`.
     OutcomeWarning
-        A chart has flipped faces, still overlaps itself, or is stretched beyond use.
+        A chart has flipped faces, still overlaps itself, or is stretched beyond use. Or no atlas was found
+        that meets `max_dirichlet` and `max_charts`.
 
     Examples
     --------
@@ -169,31 +171,18 @@ def unwrap(
     if weld is None:
         _warn_of_doubled_edges(surface, cleaned)
     face = np.arange(len(given)) if split is None else split.face
-    labels = asked.label_faces(face)
+    source = _Source(surface, cleaned, seams, given, asked.label_faces(face))
     hidden = hiding_weights(surface, asked.hide, face)
     rules = ChartRules.of(resolve_method(method), asked, seams is not None, hidden)
     creased = CreasedSurface(surface, rules.hidden)
+
+    def make(trade: float) -> Atlas:
+        atlas = _unwrap_surface(source, creased, wanted, request, replace(rules, trade=trade))
+        report = replace(atlas.report, max_dirichlet=asked.max_dirichlet, max_charts=asked.max_charts)
+        return replace(atlas, report=report)
+
     with show_progress(progress):
-        kept = np.zeros((0, 2), dtype=np.int64)
-        if wanted is None:
-            with progress_part("seams", constants.SEAMS_END):
-                pieces, kept = cut_into_pieces(surface, cleaned, seams, given, labels, rules)
-            made = ConeCharts(make_charts(pieces, kept, rules), *NO_CONES)
-        else:
-            placed = SurfaceCones.of(wanted, surface, cleaned)
-            ends = constants.SEAMS_END, constants.CHARTS_END
-            made = make_charts_with_cones(surface, placed, rules.method, ends)
-        with progress_part("packing", 1.0):
-            atlas = _pack_charts(creased, made, request.scaled(cleaned.power), wanted, rules)
-    report = replace(
-        atlas.report,
-        max_stretch=asked.max_stretch,
-        given_seams=kept,
-        cones=made.cones,
-        cone_angles=made.angles,
-        coned=wanted is not None,
-    )
-    atlas = replace(atlas, cost=measure_cost(creased, atlas, rules), report=report)
+        atlas = search_trade(make, asked) if asked.bounds_atlas else make(asked.trade)
     if not as_given:
         atlas = convert_to_given_mesh(atlas, cleaned, given)
     if split is not None:
@@ -201,6 +190,45 @@ def unwrap(
     for trouble in atlas.troubles:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
     return atlas
+
+
+@dataclass(frozen=True, eq=False)
+class _Source:
+    """The repaired surface of a call of `unwrap`, and the edges at which charts have to end."""
+
+    surface: Submesh
+    cleaned: Cleaned
+    seams: ArrayLike | None
+    F: IntArray  # the given triangles
+    labels: IntArray | None
+
+
+def _unwrap_surface(
+    source: _Source, creased: CreasedSurface, wanted: Cones | None, request: PackingRequest, rules: ChartRules
+) -> Atlas:
+    """Cut, flatten and pack the repaired surface. The atlas refers to its vertices and faces."""
+    surface, cleaned = source.surface, source.cleaned
+    kept = np.zeros((0, 2), dtype=np.int64)
+    if wanted is None:
+        with progress_part("seams", constants.SEAMS_END):
+            pieces, kept = cut_into_pieces(surface, cleaned, source.seams, source.F, source.labels, rules)
+        made = ConeCharts(make_charts(pieces, kept, rules), *NO_CONES)
+    else:
+        placed = SurfaceCones.of(wanted, surface, cleaned)
+        ends = constants.SEAMS_END, constants.CHARTS_END
+        made = make_charts_with_cones(surface, placed, rules.method, ends)
+    with progress_part("packing", 1.0):
+        atlas = _pack_charts(creased, made, request.scaled(cleaned.power), wanted, rules)
+    report = replace(
+        atlas.report,
+        max_stretch=rules.max_stretch,
+        trade=rules.trade,
+        given_seams=kept,
+        cones=made.cones,
+        cone_angles=made.angles,
+        coned=wanted is not None,
+    )
+    return replace(atlas, cost=measure_cost(creased, atlas, rules), report=report)
 
 
 def _pack_charts(

@@ -208,6 +208,12 @@ Units = Annotated[
 CHARTS = {
     "trade": Option("larger: longer seams for less stretch; 0: shortest seams", "TRADE"),
     "max_stretch": Option("cut charts until their L2 stretch is at most L2", "L2"),
+    "max_dirichlet": Option(
+        "bound on the mean symmetric Dirichlet energy of the whole atlas, which is 4 for an isometry (4.1 is "
+        "usual): the shortest seams found by a search over trade",
+        "ENERGY",
+    ),
+    "max_charts": Option("bound on the number of charts, by a search over trade", "N"),
     "hide": Option(
         "where seams may lie: the direction in which the back or underside faces (--hide=0,-1,0); or back: "
         "the side of a head or figure that has no face",

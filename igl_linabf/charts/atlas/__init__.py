@@ -4,7 +4,15 @@ Input: pieces of a surface, each flattened on its own. Output: `Atlas` and `Char
 coordinates, and the atlas of the mesh and the polygons that the caller passed.
 """
 
-from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH, Atlas, AtlasReport, Chart
+from .atlas import (
+    ISOMETRY_ENERGY,
+    STRETCH_ROUNDING,
+    UNUSABLE_STRETCH,
+    Atlas,
+    AtlasReport,
+    Chart,
+    list_unmet_bounds,
+)
 from .given_mesh import convert_to_given_mesh, empty_atlas, map_sides_to_cleaned
 from .pieces import flatten_piece, open_slivers, restrict_flattening, restrict_uv, scale_to_surface
 from .polygons import (

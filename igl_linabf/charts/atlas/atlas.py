@@ -19,6 +19,7 @@ from ..cost import AtlasCost
 MAX_LISTED_CHARTS = 20  # largest number of charts in the table of a notebook
 UNUSABLE_STRETCH = 10.0  # L2 stretch above which a chart is cut further or, if it is not cut, reported
 STRETCH_ROUNDING = 1e-9  # relative tolerance for rounding in `max_stretch`
+ISOMETRY_ENERGY = 4.0  # symmetric Dirichlet energy s1^2 + s2^2 + s1^-2 + s2^-2 of an isometry
 MAX_SEAM_MISMATCH = 1e-4  # largest `seam_mismatch` at which textures continue across the seams of cones
 
 
@@ -70,8 +71,10 @@ class AtlasReport:
         panels of hard surfaces, and along given seams.
     repairs : tuple of Repair
         Repairs that `unwrap` made to the mesh; empty if the mesh was clean.
-    max_stretch : float or None
-        The `max_stretch` that the caller passed.
+    max_stretch, max_dirichlet, max_charts : float or None
+        The bounds in `ChartOptions` that the caller passed.
+    trade : float
+        The `trade` of the charts; with `max_dirichlet` or `max_charts`, the one that was found.
     scale : float
         Page widths per unit of length of V, averaged over a chart of scale 1. Multiply by the page width in
         texels to get the texel density.
@@ -96,6 +99,9 @@ class AtlasReport:
     n_splits: int = 0
     repairs: tuple[Repair, ...] = ()
     max_stretch: float | None = None
+    max_dirichlet: float | None = None
+    max_charts: int | None = None
+    trade: float = 0.0
     scale: float = 0.0
     cones: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     cone_angles: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -189,7 +195,8 @@ class Atlas:
         """One sentence for each chart that has flipped or overlapping faces, or too much stretch.
 
         A chart has too much stretch if its L2 stretch exceeds `max_stretch`, or 10 if `max_stretch` is None.
-        Seams of cones whose sides do not match, and faces that collapsed, are reported as well.
+        Seams of cones whose sides do not match, faces that collapsed, and bounds on the whole atlas that are
+        not met, are reported as well.
         """
         said, more = [], "give more cones there" if self.report.coned else ""
         most = UNUSABLE_STRETCH
@@ -224,7 +231,7 @@ class Atlas:
                 f"faces {some(self._find_smallest_faces(collapsed))} are so small relative to the others "
                 "that double precision cannot represent them on the same page: unwrap them separately"
             )
-        return said
+        return said + list_unmet_bounds(self)
 
     def _find_smallest_faces(self, number: int) -> IntArray:
         """Return the `number` smallest faces of the map, without those that repeat a corner."""
@@ -283,3 +290,21 @@ class Atlas:
         overlapping = sum(chart.overlapping for chart in self.charts)
         rows.append(row("all", len(self.FTC), self.quality, overlapping, "", ""))
         return rows
+
+
+def list_unmet_bounds(atlas: Atlas) -> list[str]:
+    """Return one sentence for each bound on the whole atlas that is not met."""
+    unmet, report = [], atlas.report
+    energy = ISOMETRY_ENERGY * atlas.quality.symmetric_dirichlet
+    if report.max_dirichlet is not None and not energy <= report.max_dirichlet:
+        unmet.append(
+            f"the atlas has a mean symmetric Dirichlet energy of {energy:.6g}, beyond max_dirichlet = "
+            f"{report.max_dirichlet:.6g}, for every trade tried: give a larger bound, or method='isometric'"
+        )
+    if report.max_charts is not None and len(atlas.charts) > report.max_charts:
+        unmet.append(
+            f"the atlas has {len(atlas.charts):,} charts, more than max_charts = {report.max_charts:,}, for "
+            "every trade tried that meets the other bounds: give a larger bound, or repair_overlaps=True if "
+            "charts are split because they overlap themselves"
+        )
+    return unmet

@@ -1,0 +1,92 @@
+"""Search for the `trade` at which an atlas meets bounds on its energy and on its number of charts."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+
+from .._runtime import progress_part
+from ..errors import FallbackWarning, stack_level
+from .atlas import ISOMETRY_ENERGY, Atlas, list_unmet_bounds
+from .options import ChartOptions
+
+MIN_TRADE, MAX_TRADE = 0.1, 1_000.0  # range in which the search continues from the initial `trade`
+BRACKETING_FACTOR = 4.0  # ratio of consecutive trials until one meets a bound and another does not
+SUFFICIENT_RATIO = 1.1  # ratio of two values of `trade` between which no further value is tried
+MAX_TRIALS = 12
+
+
+def search_trade(make: Callable[[float], Atlas], asked: ChartOptions) -> Atlas:
+    """Return the best atlas of a search over `trade` for the bounds in the options.
+
+    The search starts at the `trade` of the options and bisects on a logarithmic scale. With `max_dirichlet`,
+    it looks for the smallest `trade` that meets this bound, and the best atlas is the one with the shortest
+    seams that meets all bounds. With `max_charts` alone, the best atlas has the largest `trade`, at most the
+    initial one, that meets the bound. If no atlas meets all bounds, the best one exceeds them least.
+
+    Parameters
+    ----------
+    make : callable
+        Returns an atlas for a value of `trade`, with the bounds in its report. Only the warnings of the best
+        atlas are issued.
+    asked : ChartOptions
+    """
+    low, high, trade = 0.0, np.inf, asked.trade
+    best: Atlas | None = None
+    issued: list[warnings.WarningMessage] = []
+    for trial in range(MAX_TRIALS):
+        end = (trial + 1) / MAX_TRIALS
+        with progress_part("search", end), warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            atlas = make(trade)
+        if best is None or _rank(atlas, asked) < _rank(best, asked):
+            best, dropped, issued = atlas, issued, [*caught]
+        else:
+            dropped = caught
+        issued += [warning for warning in dropped if not issubclass(warning.category, FallbackWarning)]
+        unmet = list_unmet_bounds(atlas)
+        if asked.max_dirichlet is not None:
+            longer = not _energy_excess(atlas, asked) <= 1
+        elif unmet or trial:
+            longer = not unmet
+        else:
+            break
+        low, high = (trade, high) if longer else (low, trade)
+        following = _next_trade(low, high)
+        if following is None:
+            break
+        trade = following
+    assert best is not None
+    for warning in issued:
+        warnings.warn(warning.message, warning.category, stacklevel=stack_level())
+    return best
+
+
+def _next_trade(low: float, high: float) -> float | None:
+    """Return the next `trade` to try above `low` and below `high`; None if the search is complete.
+
+    `low` is 0, and `high` infinite, before a trial has found such a limit.
+    """
+    if high == np.inf:
+        return None if low >= MAX_TRADE else min(max(low * BRACKETING_FACTOR, MIN_TRADE), MAX_TRADE)
+    if low == 0:
+        return None if high <= MIN_TRADE else max(high / BRACKETING_FACTOR, MIN_TRADE)
+    return None if high / low <= SUFFICIENT_RATIO else float(np.sqrt(low * high))
+
+
+def _energy_excess(atlas: Atlas, asked: ChartOptions) -> float:
+    """Return the energy beyond an isometry's, over the largest allowed value; infinite without a map."""
+    if asked.max_dirichlet is None:
+        return 0.0
+    energy = ISOMETRY_ENERGY * atlas.quality.symmetric_dirichlet
+    excess = (energy - ISOMETRY_ENERGY) / (asked.max_dirichlet - ISOMETRY_ENERGY)
+    return excess if np.isfinite(excess) else np.inf
+
+
+def _rank(atlas: Atlas, asked: ChartOptions) -> tuple[bool, float, float]:
+    """Return a key by which the best atlas is the smallest."""
+    charts = 0.0 if asked.max_charts is None else len(atlas.charts) / asked.max_charts
+    excess = max(_energy_excess(atlas, asked), 1.0) + max(charts, 1.0)
+    return not atlas.good, excess, -atlas.report.trade if asked.max_dirichlet is None else atlas.seam_length
