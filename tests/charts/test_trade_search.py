@@ -57,8 +57,9 @@ def test_the_search_ends_near_the_threshold_within_few_trials(threshold: float) 
     most = search(max_charts=1).report.trade
     assert most == 6 if threshold > 6 else threshold / SUFFICIENT_RATIO <= most < threshold
     assert len(tried) <= MAX_TRIALS
+    from_zero = search(0, max_dirichlet=4.1).report.trade
+    assert threshold <= from_zero <= SUFFICIENT_RATIO * threshold
     for start in (0, 5e4):  # outside the range of the search
-        assert threshold <= search(start, max_dirichlet=4.1).report.trade <= SUFFICIENT_RATIO * threshold
         assert search(start, max_charts=2).report.trade == start
     both = search(max_dirichlet=4.1, max_charts=1)  # contradict each other: the energy comes first
     assert both.quality.symmetric_dirichlet == 1.01
