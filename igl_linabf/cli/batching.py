@@ -54,6 +54,7 @@ def run_batch(
     scans/ -o maps/ --resolution 1024 --padding 4    # charts at least 4 texels apart
     scans/ -o maps/ --trade 30 --keep-holes --repair-overlaps
     scans/ -o maps/ --max-stretch 1.2 --hide back    # seams at the backs of heads
+    scans/ -o maps/ --method isometric --max-dirichlet 4.1 --max-charts 8    # by a search over trade
     scans/ -o maps/ --resolution 2048 --texel-density 64 --pages 4    # as UDIM tiles
     scans/ -o maps/ --resolution 1024 --unseen 0.25    # fewer texels for cavities
     $SUBJECTS_DIR -o flat/ --how cortex --workers 8    # a folder for each subject
