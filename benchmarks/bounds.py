@@ -42,7 +42,7 @@ def print_rows(mesh: Mesh, method: str) -> None:
         unit = unit or seconds
         seams, energy = relative_seams(V, F, atlas.FTC), 4 * atlas.quality.symmetric_dirichlet
         cells = [name, method, label, "yes" if atlas.good else "no", str(len(atlas.charts)), f"{seams:.2f}"]
-        cells += [f"{energy:.3f}", f"{atlas.report.trade:.3g}", f"{seconds / unit:.1f}"]
+        cells += [f"{energy:.3f}", f"{atlas.report.bounds.trade:.3g}", f"{seconds / unit:.1f}"]
         print(f"| {' | '.join(cells)} |", flush=True)
 
 

@@ -5,7 +5,7 @@ Handles are cut as in Erickson, Whittlesey 2005. Seam branches follow the confor
 2017. SCAF is Jiang, Schaefer, Panozzo 2017.
 """
 
-from .atlas import Atlas, AtlasReport, Chart, texture_seams
+from .atlas import Atlas, AtlasBounds, AtlasReport, Chart, texture_seams
 from .cones import Cones, find_cones
 from .cost import AtlasCost
 from .features import find_unseen_charts as find_unseen_charts

@@ -89,4 +89,8 @@ def _rank(atlas: Atlas, asked: ChartOptions) -> tuple[bool, float, float]:
     """Return a key by which the best atlas is the smallest."""
     charts = 0.0 if asked.max_charts is None else len(atlas.charts) / asked.max_charts
     excess = max(_energy_excess(atlas, asked), 1.0) + max(charts, 1.0)
-    return not atlas.good, excess, -atlas.report.trade if asked.max_dirichlet is None else atlas.seam_length
+    return (
+        not atlas.good,
+        excess,
+        -(atlas.report.bounds.trade or 0) if asked.max_dirichlet is None else atlas.seam_length,
+    )

@@ -28,6 +28,7 @@ from ..surface import (
 from . import constants
 from .atlas import (
     Atlas,
+    AtlasBounds,
     AtlasReport,
     Chart,
     compute_division_price,
@@ -178,8 +179,8 @@ def unwrap(
 
     def make(trade: float) -> Atlas:
         atlas = _unwrap_surface(source, creased, wanted, request, replace(rules, trade=trade))
-        report = replace(atlas.report, max_dirichlet=asked.max_dirichlet, max_charts=asked.max_charts)
-        return replace(atlas, report=report)
+        bounds = AtlasBounds(asked.max_stretch, asked.max_dirichlet, asked.max_charts, trade)
+        return replace(atlas, report=replace(atlas.report, bounds=bounds))
 
     with show_progress(progress):
         atlas = search_trade(make, asked) if asked.bounds_atlas else make(asked.trade)
@@ -220,13 +221,7 @@ def _unwrap_surface(
     with progress_part("packing", 1.0):
         atlas = _pack_charts(creased, made, request.scaled(cleaned.power), wanted, rules)
     report = replace(
-        atlas.report,
-        max_stretch=rules.max_stretch,
-        trade=rules.trade,
-        given_seams=kept,
-        cones=made.cones,
-        cone_angles=made.angles,
-        coned=wanted is not None,
+        atlas.report, given_seams=kept, cones=made.cones, cone_angles=made.angles, coned=wanted is not None
     )
     return replace(atlas, cost=measure_cost(creased, atlas, rules), report=report)
 

@@ -14,6 +14,7 @@ from igl_linabf import unwrap
 from igl_linabf.batch import one_mesh
 from igl_linabf.batch.one_mesh import Settings, Task, run
 from igl_linabf.batch.table import Row
+from igl_linabf.charts import AtlasBounds
 from igl_linabf.flattening import resolve_method
 
 
@@ -51,7 +52,11 @@ def test_flips_overlaps_and_other_troubles_have_different_outcomes(
             replace(atlas, charts=(replace(chart, overlapping=2), *others)),
             "lies over itself in 2",
         ),
-        ("faulty", replace(atlas, report=replace(atlas.report, max_stretch=1.0)), "has an L2 stretch of"),
+        (
+            "faulty",
+            replace(atlas, report=replace(atlas.report, bounds=AtlasBounds(max_stretch=1.0))),
+            "has an L2 stretch of",
+        ),
     ):
         monkeypatch.setattr(one_mesh, "unwrap", lambda *_, made=made, **__: made)
         row = process_mesh(tmp_path, V, F)

@@ -13,6 +13,7 @@ from conftest import load
 from own_measures import estimate_jacobians
 
 from igl_linabf import Atlas, ChartOptions, FallbackWarning, MeshWarning, OutcomeWarning, find_seams, unwrap
+from igl_linabf.charts import AtlasBounds
 from igl_linabf.charts.trade_search import MAX_TRADE, MAX_TRIALS, MIN_TRADE, SUFFICIENT_RATIO, search_trade
 
 COW = "closed__igl_cow.off"
@@ -34,7 +35,7 @@ def make_atlases(threshold: float, tried: list[float], **bounds: float) -> Calla
     def make(trade: float) -> Atlas:
         tried.append(trade)
         energy, charts = (1.1, 1) if trade < threshold else (1.01, 2)
-        report = replace(one.report, trade=trade, **bounds)
+        report = replace(one.report, bounds=AtlasBounds(**bounds, trade=trade))
         quality = replace(one.quality, symmetric_dirichlet=energy)
         return replace(one, charts=one.charts * charts, seam_length=trade, quality=quality, report=report)
 
@@ -49,18 +50,18 @@ def test_the_search_ends_near_the_threshold_within_few_trials(threshold: float) 
         tried.clear()
         return search_trade(make_atlases(threshold, tried, **bounds), ChartOptions(trade=trade, **bounds))
 
-    least = search(max_dirichlet=4.1).report.trade
+    least = search(max_dirichlet=4.1).report.bounds.trade
     assert threshold <= least <= SUFFICIENT_RATIO * threshold
     assert len(tried) <= MAX_TRIALS
     assert min(tried) >= MIN_TRADE
     assert max(tried) <= MAX_TRADE
-    most = search(max_charts=1).report.trade
+    most = search(max_charts=1).report.bounds.trade
     assert most == 6 if threshold > 6 else threshold / SUFFICIENT_RATIO <= most < threshold
     assert len(tried) <= MAX_TRIALS
-    from_zero = search(0, max_dirichlet=4.1).report.trade
+    from_zero = search(0, max_dirichlet=4.1).report.bounds.trade
     assert threshold <= from_zero <= SUFFICIENT_RATIO * threshold
     for start in (0, 5e4):  # outside the range of the search
-        assert search(start, max_charts=2).report.trade == start
+        assert search(start, max_charts=2).report.bounds.trade == start
     both = search(max_dirichlet=4.1, max_charts=1)  # contradict each other: the energy comes first
     assert both.quality.symmetric_dirichlet == 1.01
     assert not both.good
@@ -76,8 +77,8 @@ def test_the_energy_of_the_atlas_is_bounded(method: str) -> None:
         assert measure_energy(V, F, atlas) <= most + 1e-9
         assert 4 * atlas.quality.symmetric_dirichlet == pytest.approx(measure_energy(V, F, atlas), rel=1e-9)
         assert atlas.good
-        assert atlas.report.max_dirichlet == most
-        again = unwrap(V, F, charts=ChartOptions(trade=atlas.report.trade), method=method)
+        assert atlas.report.bounds.max_dirichlet == most
+        again = unwrap(V, F, charts=ChartOptions(trade=atlas.report.bounds.trade), method=method)
         assert (again.TC == atlas.TC).all()
     assert loose.seam_length < tight.seam_length
 
@@ -118,7 +119,10 @@ def test_warnings_of_discarded_trials_are_not_issued() -> None:
 
     with pytest.warns(UserWarning) as caught:
         best = search_trade(make_and_warn, ChartOptions(max_dirichlet=4.1))
-    assert {str(warning.message) for warning in caught} == {f"fallback {best.report.trade}", "of the mesh"}
+    assert {str(warning.message) for warning in caught} == {
+        f"fallback {best.report.bounds.trade}",
+        "of the mesh",
+    }
 
 
 def test_bounds_out_of_range_or_without_a_choice_of_seams_are_errors() -> None:

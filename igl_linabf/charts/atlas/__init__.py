@@ -9,6 +9,7 @@ from .atlas import (
     STRETCH_ROUNDING,
     UNUSABLE_STRETCH,
     Atlas,
+    AtlasBounds,
     AtlasReport,
     Chart,
     list_unmet_bounds,

@@ -57,6 +57,25 @@ class Chart:
         return f"<Chart of {len(self.faces):,} triangles: {self.result.outcome.value}>"
 
 
+@dataclass(frozen=True)
+class AtlasBounds:
+    """The bounds that an atlas was to meet, and the `trade` of its charts.
+
+    Attributes
+    ----------
+    max_stretch, max_dirichlet, max_charts : float or None
+        The bounds that the caller passed in `ChartOptions`; `max_charts` is an integer.
+    trade : float or None
+        The `trade` of the charts; with `max_dirichlet` or `max_charts`, the one that the search found. None
+        for an empty mesh.
+    """
+
+    max_stretch: float | None = None
+    max_dirichlet: float | None = None
+    max_charts: int | None = None
+    trade: float | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class AtlasReport:
     """How an atlas was made: repairs, scale, cones and seams.
@@ -71,10 +90,8 @@ class AtlasReport:
         panels of hard surfaces, and along given seams.
     repairs : tuple of Repair
         Repairs that `unwrap` made to the mesh; empty if the mesh was clean.
-    max_stretch, max_dirichlet, max_charts : float or None
-        The bounds in `ChartOptions` that the caller passed.
-    trade : float
-        The `trade` of the charts; with `max_dirichlet` or `max_charts`, the one that was found.
+    bounds : AtlasBounds
+        The bounds that the caller passed, and the `trade` of the charts.
     scale : float
         Page widths per unit of length of V, averaged over a chart of scale 1. Multiply by the page width in
         texels to get the texel density.
@@ -98,10 +115,7 @@ class AtlasReport:
     seam_mismatch: float = 0.0
     n_splits: int = 0
     repairs: tuple[Repair, ...] = ()
-    max_stretch: float | None = None
-    max_dirichlet: float | None = None
-    max_charts: int | None = None
-    trade: float = 0.0
+    bounds: AtlasBounds = AtlasBounds()
     scale: float = 0.0
     cones: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     cone_angles: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -200,8 +214,8 @@ class Atlas:
         """
         said, more = [], "give more cones there" if self.report.coned else ""
         most = UNUSABLE_STRETCH
-        if self.report.max_stretch is not None:
-            most = self.report.max_stretch * (1 + STRETCH_ROUNDING)
+        if self.report.bounds.max_stretch is not None:
+            most = self.report.bounds.max_stretch * (1 + STRETCH_ROUNDING)
         for i, chart in enumerate(self.charts):
             stretched = not chart.quality.stretch_l2 <= most
             if chart.result.outcome.good and not chart.overlapping and not stretched:
@@ -294,16 +308,16 @@ class Atlas:
 
 def list_unmet_bounds(atlas: Atlas) -> list[str]:
     """Return one sentence for each bound on the whole atlas that is not met."""
-    unmet, report = [], atlas.report
+    unmet, bounds = [], atlas.report.bounds
     energy = ISOMETRY_ENERGY * atlas.quality.symmetric_dirichlet
-    if report.max_dirichlet is not None and not energy <= report.max_dirichlet:
+    if bounds.max_dirichlet is not None and not energy <= bounds.max_dirichlet:
         unmet.append(
             f"the atlas has a mean symmetric Dirichlet energy of {energy:.6g}, beyond max_dirichlet = "
-            f"{report.max_dirichlet:.6g}, for every trade tried: give a larger bound, or method='isometric'"
+            f"{bounds.max_dirichlet:.6g}, for every trade tried: give a larger bound, or method='isometric'"
         )
-    if report.max_charts is not None and len(atlas.charts) > report.max_charts:
+    if bounds.max_charts is not None and len(atlas.charts) > bounds.max_charts:
         unmet.append(
-            f"the atlas has {len(atlas.charts):,} charts, more than max_charts = {report.max_charts:,}, for "
+            f"the atlas has {len(atlas.charts):,} charts, more than max_charts = {bounds.max_charts:,}, for "
             "every trade tried that meets the other bounds: give a larger bound, or repair_overlaps=True if "
             "charts are split because they overlap themselves"
         )
