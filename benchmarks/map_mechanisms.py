@@ -43,7 +43,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
 from hostile_meshes import Disk
 
-RANDOM = 40  # random disks, of which about one in ten needs a fallback
+RANDOM = 40  # number of random disks; about one in ten needs a fallback
 CONES = 16
 NEVER = 10**9
 Patch = tuple[Any, str, Any]  # (module, name in the module, replacement)

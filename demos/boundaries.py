@@ -29,7 +29,7 @@ from igl_linabf.plot import plot_checkerboard, plot_uv
 from igl_linabf.surface import split_chords
 
 SHAPES = ("free", "circle", "rectangle")
-AHEAD = np.array([-0.5, -0.85, 0.1])  # the direction in which the bunny looks
+AHEAD = np.array([-0.5, -0.85, 0.1])  # direction towards which the bunny looks
 
 
 def face(radius: float = 9.0) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,7 @@ The nut consists of planar faces, a hole, and slivers between them. It is cut al
 in one piece, with little distortion.
 
 The bunny is unwrapped twice. On the left, the seams (red) may run anywhere. On the right, `hide=` gives the
-direction in which the far side faces, and the seams stay on that side. Both pictures show the bunny from the
+outward direction of the far side, and the seams stay on that side. Both pictures show the bunny from the
 front.
 """
 

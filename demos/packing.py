@@ -9,7 +9,7 @@ then filled.
 
 The upper row shows the bunny with 2 and with 12 texels of padding, and together with a cortical hemisphere on
 one page. The lower row shows three pages of both surfaces at a higher density. Texels covered by a chart are
-coloured. A texel shared by two charts would be red; there is no such texel::
+coloured. A texel shared by two charts would be red, but no texel is shared::
 
     python demos/packing.py
 """

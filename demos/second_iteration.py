@@ -1,7 +1,7 @@
 """The second iteration
 ====================
 
-Figure 5 of the paper shows a one-ring on which one iteration fails and two iterations succeed.
+One iteration fails on the one-ring in Figure 5 of the paper, but two iterations succeed.
 
 The one-ring has an obtuse solid angle (10.6 radians around its vertex) and sheared triangles. It was found by
 random search, because most such one-rings need only one iteration.

@@ -16,7 +16,7 @@ def _stop(number: int, _: object) -> NoReturn:
     try:
         _ignore_signals()
         undo_all = getattr(sys.modules.get("igl_linabf._runtime.cleanup"), "undo_all", None)
-        if undo_all is not None:  # only if the module has been imported
+        if undo_all is not None:  # the module `cleanup` has been imported
             undo_all()
         os.write(2, f"igl-linabf: {WORDS[signal.Signals(number)]}\n".encode())
     finally:

@@ -106,7 +106,7 @@ def run(*command: object, cwd: Path | None = None) -> str:
 
 
 def find_pythons() -> dict[tuple[int, int], Path]:
-    """Return the available Pythons by version: this one, and those on PATH and of pyenv."""
+    """Return the available Pythons by version: the running one, and all on PATH or in pyenv."""
     found = {sys.version_info[:2]: Path(sys.executable)}
     pyenv = Path(os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv") / "versions"
     for major, minor in PYTHONS:

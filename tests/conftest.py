@@ -122,7 +122,7 @@ def load(name: str) -> Surface:
 
 
 def find_blender_python() -> Path:
-    """Return a Python with bpy: IGL_LINABF_BPY, this one, or that of `make blender`; else skip the test."""
+    """Return a Python with bpy: IGL_LINABF_BPY, the running one, or from `make blender`; else skip."""
     named = os.environ.get("IGL_LINABF_BPY")
     if named:
         return Path(named)

@@ -13,10 +13,10 @@ from .objects import CannotUnwrapError
 from .scene import Part
 from .surface import Surface
 
-SAME_POINT = 1e-5  # largest distance between pins at the same point, in the UV square
+SAME_POINT = 1e-5  # maximum distance between pins that are considered equal, in the UV square
 CELLS = 64  # cells per side of the page in the search for the largest empty rectangle
-MIN_ROOM = 10  # least width of a rectangle for packing, in units of the margin, as `Packing` requires
-MIN_SHARE = 0.5  # least texel density of charts without pins in that rectangle, relative to the pinned charts
+MIN_ROOM = 10  # minimum width of a rectangle for packing, in units of the margin, as `Packing` requires
+MIN_SHARE = 0.5  # minimum texel density of charts without pins, relative to the pinned charts
 
 
 def split_locked(part: Part) -> tuple[Part, Part]:
@@ -116,8 +116,9 @@ def pack_beside(
 ) -> bool:
     """Pack the charts without pins into the largest empty rectangle beside the pinned charts, in place.
 
-    The packed charts get the requested texel density, by default that of the pinned charts, or a smaller one
-    if the rectangle is small. Return True if the charts do not fit and are placed on the next UDIM tile.
+    The packed charts get the requested texel density (by default, the density of the pinned charts), or a
+    smaller density if the rectangle is small. Return True if the charts do not fit and are placed on the next
+    UDIM tile.
     """
     free = [
         chart.result.F + start

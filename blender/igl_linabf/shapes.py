@@ -36,7 +36,7 @@ def read_positions(
 
 
 def _read_modified_positions(obj: bpy.types.Object, context: bpy.types.Context) -> np.ndarray:
-    """Return the positions to which the modifiers move the vertices of the mesh.
+    """Return the positions of the mesh's vertices after all modifiers.
 
     Subdivision Surface, Mirror, Array and Solidify append vertices to the vertices of the mesh. An
     attribute that Blender passes through the modifiers shows whether the first vertices are still the same.

@@ -12,7 +12,7 @@ from ..surface import NEXT, PREV, cycles
 
 PICTURE_SIDE = 260  # length of a picture's longer side, pixels
 MAX_DRAWN_TRIANGLES = 2_000  # larger maps show only the outlines of charts
-MAX_DRAWN_CHARTS = MAX_DRAWN_TRIANGLES // 4  # an outline is about as long as four triangles
+MAX_DRAWN_CHARTS = MAX_DRAWN_TRIANGLES // 4  # in SVG, an outline takes about as much text as four triangles
 COLOURS = ("#4c78a8", "#f58518", "#54a24b", "#b279a2", "#e45756", "#72b7b2", "#9d755d", "#bab0ac")
 
 

@@ -16,11 +16,11 @@ import psutil
 from .._runtime import undo_at_interrupt
 from .constants import PATIENCE
 
-NO_WORKER_TIMEOUT = 600  # seconds without any worker after which a local batch ends with an error
+NO_WORKER_TIMEOUT = 600  # seconds without any worker until a local batch ends with an error
 WORKER_CHECK_INTERVAL = 1000  # milliseconds between checks for dead workers
 WORKER_MEMORY = 2**29  # memory of an idle worker, bytes
 KILL_ROUNDS = 3  # a worker that Dask restarts in one round is killed in the next round
-TERMINATION_SHARE = 0.95  # share of its memory limit at which Dask terminates a worker (Dask's default)
+TERMINATION_SHARE = 0.95  # Dask terminates a worker that uses this share of its memory limit (Dask's default)
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
@@ -165,7 +165,7 @@ class WorkerWatch:
 def _limit_to_one_thread() -> Iterator[None]:
     """Limit BLAS and OpenMP to one thread in processes that are started within the `with` block.
 
-    All environment variables are restored at the end, including those that Dask's nannies set.
+    All environment variables are restored at the end, including the variables that Dask's nannies set.
     """
     before = dict(os.environ)
     os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))

@@ -45,9 +45,9 @@ from .table import (
 )
 
 SUBMITTED_PER_THREAD = 8  # number of meshes submitted in advance per thread
-MIN_SUBMITTED_TASKS = 64  # least number of meshes submitted in advance, for workers that join later
+MIN_SUBMITTED_TASKS = 64  # minimum number of meshes submitted in advance, for workers that join later
 MAX_DEATHS_ALONE = (
-    3  # a mesh is reported as "died" after its process died this often while it had no other mesh
+    3  # a mesh is reported as "died" if its process died this many times without any other mesh
 )
 
 MEMORY_MESSAGE = "its process exceeded the memory limit even alone: raise the limit, or decimate the mesh"
@@ -65,7 +65,7 @@ class Batch:
     table : str
         Path of `results.csv`, which has the same rows.
     done : int
-        Number of inputs that this run processed. Earlier runs processed the remaining ones.
+        Number of inputs that this run processed. Earlier runs processed all other inputs.
     seconds : float
         Duration of this run, without starting and stopping the workers.
     """
@@ -156,7 +156,7 @@ def flatten_files(
         As in `flatten`, for `how="flatten"`.
     units : {"square", "mesh"}, optional
         Scale of the maps for `how="flatten"`: the unit square, or the mesh's units of length. The default is
-        "square", or "mesh" for GIFTI and FreeSurfer files, in which the map is a surface.
+        "square", or "mesh" for GIFTI and FreeSurfer files, which store the map as a surface.
     retry : bool
         Also retry meshes that died, ran out of memory or failed in an earlier run.
     force : bool
@@ -404,7 +404,7 @@ def _run_tasks(client: Any, tasks: list[Task]) -> Iterator[Row]:
 
 
 def _submit_tasks(client: Any, tasks: Iterator[Task], ahead: int) -> Iterator[tuple[Task, Row | Any]]:
-    """Yield each task with its row, or with Dask's KilledWorker; at most `ahead` are submitted at a time."""
+    """Yield each task with its row, or with Dask's KilledWorker; submit at most `ahead` tasks at a time."""
     under_way: dict[Any, Task] = {}
     finished: SimpleQueue[Any] = SimpleQueue()
     lookout = WorkerWatch(client)
@@ -434,7 +434,7 @@ def _gather_rows(client: Any, futures: list[Any]) -> list[Row | Any]:
     if all(future.status == "finished" for future in futures):
         with suppress(
             KilledWorker, CancelledError
-        ):  # Dask recomputes a result if its worker died, and may then raise these
+        ):  # raised if Dask fails to recompute a result whose worker died
             return list(client.gather(futures))
     rows = []
     for future in futures:

@@ -44,12 +44,12 @@ class Row:
     output : str
         File with the map, relative to the output folder.
     outcome : str
-        For `unwrap`: "valid", "flipped", "overlapping", or "faulty" for other troubles such as too much
+        For `unwrap`: "valid", "flipped", "overlapping", or "faulty" for other problems such as too much
         stretch. For `flatten`: the value of its `Outcome`. Without a map: "refused" after a `MeshError`,
-        "unreadable", "out of memory", "died" if its process died three times while it had this mesh alone,
+        "unreadable", "out of memory", "died" if its process died three times without any other mesh,
         "failed" after any other error, or "waiting" if it has not been processed.
     message : str
-        Troubles and warnings.
+        Problems of the map, and warnings.
     triangles, charts : int or None
     angle_distortion : float or None
         F/3nt, which is also the name of the column.
@@ -169,7 +169,7 @@ class Table:
         self._rows = {**{k: row for k, row in kept.items() if k not in planned}, **planned}
         self.write()
         self._remove_journals()
-        self._cost = 0.0  # the first write does not count: it also imports pyarrow
+        self._cost = 0.0  # ignore the first write, which includes the import of pyarrow
 
     def add(self, row: Row) -> None:
         """Add a result to the table in memory, and write the table from time to time."""

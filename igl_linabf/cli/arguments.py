@@ -73,7 +73,7 @@ def add_options(parser: argparse.ArgumentParser, command: Command) -> None:
 
 
 def bind_options(command: Command, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the arguments with which to call a command, from the values of its options.
+    """Convert the values of a command's options to the arguments of the command's function.
 
     A dataclass parameter that may be None is None if all its options have their default values.
     """

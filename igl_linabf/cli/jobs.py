@@ -71,7 +71,7 @@ class Job:
             raise ValueError(f"{self.target} does not end in {known}, which second texture coordinates need")
 
     def read(self, surface: Path | None = None, texcoord: int = 0) -> MeshFile:
-        """Read the mesh, of which some corners may lack texture coordinates."""
+        """Read the mesh; some of its corners may lack texture coordinates."""
         if self.mesh.is_dir():
             raise ValueError(f"{self.mesh} is a folder: give its files, or use igl-linabf batch")
         with progress_part("reading", PROGRESS["reading"]):

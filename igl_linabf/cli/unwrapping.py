@@ -171,7 +171,7 @@ def _read_seams(
 
 
 def _unwrap_bare_faces(mesh: MeshFile, charts: ChartOptions | None, method: Any) -> tuple[FloatArray, Faces]:
-    """Return the texture coordinates of a mesh, with those of an automatic atlas at faces that lack them."""
+    """Return the texture coordinates of a mesh; faces without them get an automatic atlas."""
     assert mesh.TC is not None and mesh.texture is not None
     corners, sizes = mesh.polygons.corners_of(np.flatnonzero(mesh.bare)), mesh.polygons.sizes[mesh.bare]
     bare = Polygons(mesh.polygons.corners[corners], sizes)
@@ -180,7 +180,7 @@ def _unwrap_bare_faces(mesh: MeshFile, charts: ChartOptions | None, method: Any)
         atlas = unwrap(mesh.V, bare.shaped, charts=charts, method=method, progress=False)
     texture = mesh.texture.copy()
     texture[corners] = len(mesh.TC) + bare.texture_of(atlas.FTC).corners
-    beside = np.ceil(mesh.TC.max(axis=0)) + 1  # keeps the two maps apart
+    beside = np.ceil(mesh.TC.max(axis=0)) + 1  # UDIM tiles without old texture coordinates
     return np.concatenate((mesh.TC, atlas.TC + beside)), mesh.polygons.shape(texture)
 
 

@@ -52,7 +52,7 @@ def find_cuts(given: Hemisphere, wall: BoolArray, max_distance_error: float) -> 
 
 
 def _measure_error(given: Hemisphere, cuts: Cuts) -> float:
-    """Return the error of distances of the isometric map, or infinity if the cuts enclose large pieces."""
+    """Return the error of distances of the isometric map, or infinity if the cuts separate large pieces."""
     patch = patch_faces(given.F, cuts.stays)
     if sum(map(len, patch.pieces)) > MAX_OMITTED_SHARE * len(given.V):
         return np.inf

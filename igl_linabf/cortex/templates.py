@@ -20,8 +20,8 @@ from ..io import import_optional, read_file
 from ..surface import connected_labels, number_triangles
 from .subjects import HOW_TO_GET, HemisphereName, scale_to_unit_sphere
 
-WALL_DEPTH = 0.09  # smallest depth of the medial wall, radians; the wall is 0.5 deep, cuts only 0.04
-MIN_CUT_LENGTH = 0.12  # smallest length of a cut, radians; bumps of the wall's outline are up to 0.08 long
+WALL_DEPTH = 0.09  # minimum depth of the medial wall, radians; the wall is 0.5 deep, cuts only 0.04
+MIN_CUT_LENGTH = 0.12  # minimum length of a cut, radians; bumps of the wall's outline are up to 0.08 long
 RIM_COST_FACTOR = 2.0  # cost of an edge on the rim of a cut, relative to an inner edge of equal length
 
 
@@ -32,7 +32,7 @@ class Template:
     Attributes
     ----------
     sphere : (#V, 3) float64
-        Unit vectors: the template's vertices on the sphere to which subjects are registered.
+        Unit vectors: the template's vertices on the sphere that subjects are registered to.
     F : (#F, 3) int64
     wall : (#V,) bool
         The inner vertices of the medial wall. None of their faces is in the flat map.

@@ -14,7 +14,7 @@ from .templates import Template, compute_distances, trace_to_source
 
 MIN_WALL_WEIGHT = 1e-6  # a point is inside the wall if wall vertices have a larger barycentric weight
 POINTS_PER_EDGE = 2  # points sampled along a template's cut per mean edge length of the subject
-MAX_DETOUR = 0.2  # largest distance of a cut from the template's cut, radians
+MAX_DETOUR = 0.2  # maximum distance of a cut from the template's cut, radians
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,7 @@ UNIT_FACTOR = (1.0, 1.0, 1.0, 1.0)  # RGBA multiplier that leaves a colour uncha
 
 
 def get_stored_colours(mesh: MeshFile) -> FloatArray | None:
-    """Return the stored colours of corners, faces or vertices, at the corners (#C, 3 or 4); None without any.
+    """Return the stored colours of corners, faces or vertices, at the corners (#C, 3 or 4), or None.
 
     The colours of materials are ignored.
     """

@@ -92,7 +92,7 @@ def read_file(
     ----------
     path : path of an OBJ, OFF, PLY, STL, glTF, GLB, 3MF, GIFTI, FreeSurfer or VTP file
     surface : path, optional
-        The surface from which a FreeSurfer patch was cut. By default, it is found next to the patch by
+        The surface that contains a FreeSurfer patch. By default, it is found next to the patch by
         FreeSurfer's file names (docs/cortex.md).
     partial : bool
         Keep texture coordinates that only some corners have, and use the index -1 at all other corners.
@@ -102,8 +102,8 @@ def read_file(
         default these are refused, because a file from a stranger may refer to any file of this computer.
     texcoord : {0, 1}
         With 1, `mesh.TC` are the second texture coordinates of a GLB, glTF or PLY file, for example for
-        lightmaps, and `mesh.first` the first ones. `write_file(..., texcoord=1)` then replaces the second
-        ones.
+        lightmaps, and `mesh.first` holds the first coordinates. `write_file(..., texcoord=1)` then replaces
+        the second coordinates.
 
     Returns
     -------

@@ -84,7 +84,7 @@ PATH_READERS: dict[str, Callable[[Path], MeshFile]] = {
     ".vtp": parse_vtp,
     **dict.fromkeys(FREESURFER_SUFFIXES, parse_freesurfer),
 }
-FREESURFER_MAGIC = b"\xff\xff"  # first bytes of a FreeSurfer surface; the third tells triangles from quads
+FREESURFER_MAGIC = b"\xff\xff"  # the third byte distinguishes surfaces of triangles and of quads
 PATCH_SUFFIXES = (".3d", ".flat")  # FreeSurfer patches
 SUFFIX_OF_MAGIC = {
     PATCH_MAGIC: ".3d",
@@ -181,7 +181,7 @@ def parse_file(
 
 
 def select_second_coordinates(mesh: MeshFile, path: Path) -> MeshFile:
-    """Return a mesh with its second texture coordinates, if it has any, and its first ones in `first`."""
+    """Return a mesh with its second texture coordinates, if any, as `TC`, and its first as `first`."""
     source = mesh.extras.source
     if isinstance(source, GltfFile):
         found = select_second_gltf(mesh, source)

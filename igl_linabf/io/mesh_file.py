@@ -89,7 +89,7 @@ class MeshFile:
 
     @property
     def folder(self) -> Folder | None:
-        """The folder to which references in the file are relative; None if no file was read."""
+        """The base folder of relative references in the file; None if no file was read."""
         return None if self.path is None else Folder(self.path.parent, self.allow_outside)
 
     @property
@@ -152,8 +152,8 @@ class MeshFile:
     def with_second(self, TC: ArrayLike, FTC: ArrayLike | None = None) -> MeshFile:
         """Return the mesh with second texture coordinates in addition to its own, for example for lightmaps.
 
-        Corners without first texture coordinates get the second ones in both sets, because formats need a
-        first set. If the mesh was read with `texcoord=1`, its second texture coordinates are replaced.
+        Corners without first texture coordinates get the second coordinates in both sets, because formats
+        need a first set. If the mesh was read with `texcoord=1`, its second texture coordinates are replaced.
 
         Raises
         ------

@@ -134,7 +134,7 @@ def _parse_face_colours(rows: list[bytes], sizes: list[int]) -> tuple[FloatArray
         if len(values) in (3, 4):
             colour[:] = values if len(values) == 4 else [*values, np.inf]
         else:
-            other |= bool(values)  # such as an index into a colour map
+            other |= bool(values)  # values other than colours, such as an index into a colour map
     given = colours[~np.isnan(colours[:, 0])]
     if not len(given):
         return None, other

@@ -79,7 +79,7 @@ class Extras:
     unshared : tuple of str
         Descriptions, for warnings, of contents that no other format can store, such as "the elements camera".
     source : object
-        Data from which the writer of the same format reproduces the file.
+        Data that the writer of the same format needs to reproduce the file.
     """
 
     colours: FloatArray | None = None

@@ -1,6 +1,6 @@
 """Resolve references to other files, and update them if the referring file moves to another folder.
 
-By default a reference leads no further than the folder of the referring file and the folders in it, because a
+By default, references are followed only within the folder of the referring file and its subfolders, because a
 file from a stranger may refer to any file of this computer.
 """
 
@@ -22,7 +22,7 @@ TILE_PATTERN = re.compile(r"<UDIM>|(?<!\d)1001(?!\d)", re.IGNORECASE)  # the til
 
 @dataclass(frozen=True)
 class Folder:
-    """A folder to which references in a file are relative.
+    """The base folder of relative references in a file.
 
     Attributes
     ----------

@@ -13,7 +13,7 @@ from ..errors import MeshError, MeshWarning, stack_level
 from .mesh_file import MeshFile
 
 MAX_OFFSET = 8  # a mesh with larger coordinates, in units of its extent, is written with a translation
-# rounding errors, relative to the extent, above which a warning is issued; TC: half a texel of 16,384
+# maximum rounding errors without a warning, relative to the extent; TC: half a texel of 16,384
 ROUNDING_TOLERANCES = {"V": 1e-6, "TC": 0.5 / 16384}
 
 
@@ -31,7 +31,7 @@ class SplitVertices:
         The split vertex at each corner.
     colours : (#P, 3 or 4) float64 or None
     first : (#P, 2) float64 or None
-        The first texture coordinates, if `TC` are the second ones.
+        The first texture coordinates, if `TC` are second texture coordinates.
     """
 
     vertex: IntArray
@@ -160,7 +160,7 @@ def make_flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, IntArray | 
 
 
 def choose_origin(V: FloatArray) -> FloatArray:
-    """Return an origin (3,) from which V, (n, 3), is accurate in single precision; 0 if V itself is."""
+    """Return an origin (3,) such that V - origin is accurate in single precision; 0 if V is accurate."""
     low, high = V.min(axis=0), V.max(axis=0)
     middle, extent = low / 2 + high / 2, (high - low).max()
     if not np.abs(V).max() > MAX_OFFSET * extent or not np.isfinite(extent):

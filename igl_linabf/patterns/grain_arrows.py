@@ -14,9 +14,9 @@ from .joined_pieces import CutSurface, find_narrowest_turns
 
 ARROW_HALF_LENGTH = 0.3  # half the length of a grain arrow, relative to the extent of its piece
 ARROW_SHRINKAGE = 0.8  # an arrow is shortened repeatedly by this factor until it fits into its piece
-MIN_GRAIN_LENGTH = 0.1  # a grain direction with a shorter mean projection to a piece counts as perpendicular
-COMMON_SHARE = 0.3  # least share of a piece whose common direction replaces the mean direction
-SAME_DIRECTION = 1e-3  # largest angle between directions that count as equal, radians
+MIN_GRAIN_LENGTH = 0.1  # a grain direction is perpendicular to a piece if its mean projection is shorter
+COMMON_SHARE = 0.3  # minimum share of a piece whose common direction replaces the mean direction
+SAME_DIRECTION = 1e-3  # maximum angle between directions that are considered equal, radians
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class PieceDirections:
     Attributes
     ----------
     towards : (#pieces,) complex128
-        Unit directions. If the direction is perpendicular to a piece, the long side of the piece.
+        Unit directions. If the direction is perpendicular to a piece, the direction of its long side.
     known : (#pieces,) bool
         Whether the direction has a component in the piece.
     is_mean : (#pieces,) bool
@@ -118,7 +118,7 @@ def _find_long_sides(cut: CutSurface, piece: IntArray) -> ComplexArray:
         length = np.abs(side[rows])
         quarters = (
             side[rows] / np.maximum(length, np.finfo(float).tiny)
-        ) ** 4  # the fourth power is equal for directions that differ by quarter turns
+        ) ** 4  # directions that differ by quarter turns have equal fourth powers
         group, shares = _group_directions(quarters, length)
         if not shares.max(initial=0) >= COMMON_SHARE:
             continue
@@ -154,7 +154,7 @@ def _find_common_direction(along: ComplexArray, area: FloatArray, mean: complex)
     sums = np.bincount(group, (along * area).real) + 1j * np.bincount(group, (along * area).imag)
     large = np.flatnonzero(shares >= COMMON_SHARE / 2)  # at most six groups
     towards = sums / np.maximum(np.abs(sums), np.finfo(float).tiny)
-    # opposite directions cancel, such as those of the two halves of a horizontal tube
+    # opposite directions cancel, for example on the two halves of a horizontal tube
     against = (np.abs(towards[large, None] + towards) < SAME_DIRECTION) @ shares
     net = shares[large] - against
     most = (net > SAME_DIRECTION) & (net >= net.max(initial=0) - SAME_DIRECTION)

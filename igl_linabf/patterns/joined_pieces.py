@@ -13,9 +13,9 @@ from ..charts import compute_overlap_depths
 from ..surface import Ragged, Topology, build_topology, complex_positions, connected_labels, coordinates
 from .seam_pairs import Sides, find_partners
 
-FIT_TOLERANCE = 1e-5  # largest gap between sides that coincide, relative to the extent of their pieces
-MIN_HINGE_LENGTH = 0.2  # shortest joint of two pieces, relative to the width of the narrower piece
-MAX_HINGES = 8  # number of sides of a seam, longest first, along which joining is tried
+FIT_TOLERANCE = 1e-5  # maximum gap between sides that coincide, relative to the extent of their pieces
+MIN_HINGE_LENGTH = 0.2  # minimum length of a joint of two pieces, relative to the width of the narrower piece
+MAX_HINGES = 8  # maximum number of sides of a seam that are tried as joints, longest first
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class CutSurface:
     origin : (#v,) int64
         Vertices of the given surface.
     inner : (#f, 3) bool, or None
-        Whether the side from corner k to k + 1 is a diagonal of a polygon; None if there are no polygons.
+        Whether the side from corner k to k + 1 is a diagonal of a polygon; None for a triangle mesh.
     """
 
     surface: FloatArray
@@ -105,7 +105,7 @@ def _assemble_pieces(cut: CutSurface, rim: Sides, partner: IntArray, joinable: B
 
 @dataclass(frozen=True, eq=False)
 class _Hinges:
-    """Places at which two pieces may be joined, longest first.
+    """Places where two pieces may be joined, longest first.
 
     Attributes
     ----------

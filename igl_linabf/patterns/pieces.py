@@ -39,7 +39,7 @@ from .seam_pairs import SeamSides, Sides, find_seams
 from .tabs import TabPlace, place_tabs
 
 PIECE_MARGIN = 0.005  # distance between a few pieces, as a share of the side of the drawing
-MAX_MARGIN_COVERAGE = 0.64  # largest share of the drawing's square that margins may cover
+MAX_MARGIN_COVERAGE = 0.64  # maximum share of the drawing's square that margins may cover
 
 
 @dataclass(frozen=True, eq=False)

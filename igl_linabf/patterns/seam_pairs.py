@@ -24,8 +24,7 @@ class PatternSeam:
     length : float
         Length on the surface, in millimetres.
     sides : two (n, 2) float64
-        Points of both sides, in the order in which they are joined. The material is on the left of the first
-        side.
+        Points of both sides, in the order of joining. The material is on the left of the first side.
     twisted : bool
         Whether the material is also on the left of the second side, as on a Moebius strip.
     """

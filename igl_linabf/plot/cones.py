@@ -19,7 +19,7 @@ CONE_COLOUR = "#e09f1f"
 
 @dataclass(frozen=True, eq=False)
 class SeamSides:
-    """The seam edges of an atlas with cones, and the arcs to which they belong.
+    """The seam edges of an atlas with cones, grouped into arcs.
 
     Attributes
     ----------

@@ -22,7 +22,7 @@ class DrawnSeams:
     paths : list of (#p,) int64
         The vertices of each path.
     end : int or None
-        The vertex at which the next click continues; None if it starts a new seam.
+        The vertex where the next click continues the seam; None if the click starts a new seam.
     active : bool
         Whether clicks draw seams.
     """

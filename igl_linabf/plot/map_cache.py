@@ -53,10 +53,11 @@ class MapRequest:
     iterations : int
         Number of iterations of linABF; 0 stands for its default, "auto".
     trade : float or None
-        Trade of seam length for stretch. None leaves a disk uncut, and otherwise uses the default of
-        `ChartOptions`.
+        Trade of seam length for stretch. None leaves a disk uncut, and uses the default of `ChartOptions` for
+        all other surfaces.
     drawn : tuple of vertex pairs
-        Edges that the user has drawn as seams. Other seams that the surface needs are found.
+        Edges that the user has drawn as seams. If the surface needs further seams, they are found
+        automatically.
     """
 
     method: str

@@ -11,8 +11,8 @@ from ..measures import MEASURES
 if TYPE_CHECKING:
     from .window import Viewer
 
-MAX_SLIDER_ITERATIONS = 8  # largest value of the slider for the number of iterations
-MAX_SLIDER_TRADE = 60.0  # largest value of the slider for `trade`
+MAX_SLIDER_ITERATIONS = 8  # maximum of the slider for the number of iterations
+MAX_SLIDER_TRADE = 60.0  # maximum of the slider for `trade`
 SLIDER_LETTER_HEIGHT = 0.1  # height of letters, relative to the height of the row of sliders
 
 
@@ -73,7 +73,7 @@ def _add_number(
 def _call_on_change(viewer: Viewer, now: object, chosen: Callable) -> Callable:  # type: ignore[type-arg]
     """Return a callback that calls `chosen` for each new value.
 
-    The initial value, with which pyvista also calls back, is ignored.
+    Unchanged values are ignored, because pyvista also calls back with the initial value.
     """
     last = [now]
 

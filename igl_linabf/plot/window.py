@@ -41,7 +41,7 @@ from .scene import (
 from .sliders import add_sliders
 
 PANEL_HEIGHT = 130  # height of the row with the sliders and the help, pixels
-MAX_CLICK_MOVEMENT = 4  # largest mouse movement during a click, pixels
+MAX_CLICK_MOVEMENT = 4  # maximum mouse movement during a click, pixels
 SEAM_END_RADIUS = 0.009  # radius of spheres at the ends of seams, relative to the diagonal of the surface
 
 METHOD_NAMES = {"lscm": "igl.lscm", "linabf": "linABF", "abf": "ABF"}
@@ -101,8 +101,8 @@ class Viewer:
     boundary : {"free", "circle", "circles", "rectangle"}
         Shape of the boundary, for methods that support it, as in `flatten`.
     cones : int or "auto", optional
-        Number of cones in each component, for methods that support cones, as in `unwrap`. There are no cones
-        after the trade was changed or seams were drawn.
+        Number of cones in each component, for methods that support cones, as in `unwrap`. Cones are removed
+        when the trade is changed or seams are drawn.
     off_screen : bool
         If True, do not open a window.
     window_size : (int, int)
@@ -323,7 +323,7 @@ class Viewer:
             self.draw()
 
     def _draw_marks(self) -> None:
-        """Draw the marked point, and the vertex at which the current seam continues."""
+        """Draw the marked point, and the vertex where the current seam continues."""
         drawn = self.shown.drawn
         if self.picked is not None:
             face, weights = self.picked

@@ -153,9 +153,9 @@ class _Source:
     Attributes
     ----------
     origin : (#V,) int64
-        The point of the flattened grid that each vertex comes from.
+        The index of each vertex's point in the row-major list of grid points.
     merged : (#points,) int64
-        The point that each point is merged into, or itself.
+        The index of the point that each point is merged into; unmerged points have their own index.
     of_fill : (#F,) bool
         Mask of the triangles of filled holes.
     repairs : tuple of Repair

@@ -8,14 +8,15 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError
 from ..io import Segment
 
-SCALE_TOLERANCE = 4.0  # largest ratio of the median distance of neighbours and the distance in the scale
+SCALE_TOLERANCE = 4.0  # maximum factor between the distance of neighbours in the scale and their median
 
 
 def triangulate_grid(points: FloatArray, filled: BoolArray) -> tuple[IntArray, BoolArray]:
     """Split each cell of a grid whose four points are valid along its shorter diagonal.
 
-    Return the triangles, (#F, 3), as indices of points in the flattened grid, and a mask of the triangles of
-    cells with a filled point. Triangles are counterclockwise if columns run to the right and rows run down.
+    Return the triangles, (#F, 3), as indices into the row-major list of grid points, and a mask of the
+    triangles of cells with a filled point. Triangles are counterclockwise if columns run to the right and
+    rows run down.
     """
     columns = points.shape[1]
     valid = np.asarray(np.isfinite(points).all(axis=2))

@@ -10,7 +10,7 @@ from scipy.sparse import linalg
 
 from .._types import BoolArray, FloatArray
 
-MAX_FILLED_POINTS = 2_500  # largest number of missing points in a hole that is filled
+MAX_FILLED_POINTS = 2_500  # holes with more missing points are not filled
 SLOPE_WEIGHT = 1e-4  # weight of first differences relative to second differences; makes the fill unique
 
 

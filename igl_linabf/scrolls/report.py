@@ -38,7 +38,7 @@ class SegmentReport:
     left_out : tuple of int
         Numbers of triangles of the pieces that are not flattened, largest first.
     repairs : tuple of Repair
-        Repairs before flattening, such as of triangles between coincident points. Cells with four valid
+        Repairs before flattening, for example of triangles between coincident points. Cells with four valid
         points have two triangles each, in the order of the grid.
     seconds : float
         Duration of the computation.

@@ -22,7 +22,7 @@ class Sheet:
     Attributes
     ----------
     origin : (#V,) int64
-        The point of the given grid that each vertex comes from, by its index in the flattened grid.
+        The index of each vertex's point in the row-major list of the given grid's points.
     F : (#F, 3) int64
     cells : (#V, 2) float64
         The column and the row of each vertex in the flat grid, as fractions.

@@ -48,7 +48,7 @@ def synthetic_segment(rows: int, columns: int, seed: int = 0) -> Segment:
     grow = WINDING_DISTANCE / (2 * np.pi)  # increase of the radius per radian
     turn = (
         np.sqrt(INNER_RADIUS**2 + 2 * grow * along) - INNER_RADIUS
-    ) / grow  # angle after the length `along`
+    ) / grow  # angle of the spiral at arc length `along`
     radius = INNER_RADIUS + grow * turn + 0.2 * WINDING_DISTANCE * np.sin(up / 400) * np.sin(along / 600)
     points = np.stack((radius * np.cos(turn), radius * np.sin(turn), up), axis=2)
     centre = 1.5 * radius.max()

@@ -27,7 +27,7 @@ class Picture:
     nearest : bool
         Whether a lookup returns the nearest pixel instead of interpolating, for example for pixel art.
     tiles : mapping of int to (#rows, #columns, k) float64
-        Pixels of the UDIM tiles by page, if the image consists of tiles; `pixels` are then those of any tile.
+        Pixels of the UDIM tiles by page, if the image consists of tiles; `pixels` then belongs to any tile.
     """
 
     pixels: FloatArray
@@ -44,7 +44,7 @@ class Picture:
         return replace(self, pixels=self.tiles[page], wrap=("clamp", "clamp"), matrix=matrix, tiles={})
 
     def find_pages(self, uv: FloatArray) -> IntArray:
-        """Return the page on which texture coordinates (n, 2) lie in the image, -1 beyond ten columns."""
+        """Return the page of the image at texture coordinates (n, 2); -1 beyond ten columns of pages."""
         column, row = np.floor(np.array(self.matrix) @ np.vstack((uv.T, np.ones(len(uv)))))
         inside = (column >= 0) & (column < UDIM_ROW) & (row >= 0)
         return np.where(inside, column + UDIM_ROW * row, -1).astype(np.int64)

@@ -45,7 +45,7 @@ def compute_tangent_frames(points: FloatArray, normals: FloatArray, uv: FloatArr
 
 
 def change_frames(directions: FloatArray, old: Frames, new: Frames) -> FloatArray:
-    """Convert directions (n, 3) from old to new tangent frames; if a frame is degenerate, do not convert."""
+    """Convert directions (n, 3) from old to new tangent frames, except where a frame is degenerate."""
     tangent, bitangent, normal = new
     there = np.einsum("nk,knd->nd", directions, np.stack(old))
     volume = _dot(np.cross(tangent, bitangent), normal)

@@ -28,7 +28,7 @@ class Source(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Texels:
-    """A set of texels, and the point of the surface to which each texel corresponds.
+    """A set of texels, and the corresponding point of the surface for each texel.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Texels:
 
 
 def find_covered_texels(triangles: FloatArray, size: Size, rows: Rows | None = None) -> Texels:
-    """Return the texels whose centres lie in triangles (#F, 3, 2); the last of overlapping triangles wins.
+    """Return the texels whose centres lie in triangles (#F, 3, 2), each with the last such triangle.
 
     If `rows` is given, only the texels in these rows are returned.
     """
@@ -72,7 +72,7 @@ def find_covered_texels(triangles: FloatArray, size: Size, rows: Rows | None = N
         with np.errstate(divide="ignore", invalid="ignore"):
             t = (row - y[face, k]) / rise[face]
         slack = ROUNDING / np.maximum(np.abs(rise), ROUNDING)[face]
-        meets = (t >= -slack) & (t <= 1 + slack)  # the other two sides bound the row of a horizontal side
+        meets = (t >= -slack) & (t <= 1 + slack)  # False for horizontal sides
         at = x[face, k] + np.clip(np.where(meets, t, 0.0), 0, 1) * (x[:, NEXT[k]] - x[:, k])[face]
         np.minimum(left, np.where(meets, at, np.inf), out=left)
         np.maximum(right, np.where(meets, at, -np.inf), out=right)

@@ -1,6 +1,6 @@
 """The calls of xatlas-python 0.0.11: `import igl_linabf.xatlas as xatlas`.
 
-Names, arguments, dtypes and errors are those of xatlas-python; `unwrap` makes the atlas. See the page "From
+Names, arguments, dtypes and errors agree with xatlas-python; `unwrap` makes the atlas. See the page "From
 xatlas" for the differences.
 """
 

@@ -293,7 +293,7 @@ class Atlas:
         Raises
         ------
         IndexError
-            There is no such page.
+            The atlas has no page with this number.
         RuntimeError
             `PackOptions.create_image` was not set.
         """

@@ -110,7 +110,7 @@ class PackOptions:
 
     @property
     def first_resolution(self) -> int:
-        """The given resolution, or the resolution at which charts are packed first."""
+        """The given resolution, or the default resolution of the first packing."""
         return self.resolution or DEFAULT_RESOLUTION
 
     @property

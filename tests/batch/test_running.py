@@ -207,7 +207,7 @@ def test_urls_give_the_same_results_as_paths(scheduler: str, tmp_path: Path) -> 
 
 
 def list_listening_addresses() -> list[tuple[str, int]]:
-    """Return the addresses at which this process and its children listen."""
+    """Return the network addresses where this process and its children listen."""
     found = []
     for process in (psutil.Process(), *psutil.Process().children(recursive=True)):
         with suppress(psutil.NoSuchProcess):  # the process has ended in the meantime

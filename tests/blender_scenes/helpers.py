@@ -66,7 +66,7 @@ def polygon_areas(obj: bpy.types.Object | None = None, mesh: bpy.types.Mesh | No
 
 
 def cut_edges(obj: bpy.types.Object) -> set[int]:
-    """Return the edges at which two faces have different texture coordinates."""
+    """Return the edges whose two faces have different texture coordinates."""
     uv, ends = uv_of(obj), {}
     for face in obj.data.polygons:
         for k, loop in enumerate(face.loop_indices):

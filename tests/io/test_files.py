@@ -84,7 +84,7 @@ def test_igl_reads_the_obj_to_the_last_bit(tmp_path: Path) -> None:
     map_, texture = read_texture(path)
     assert (map_ == TC[:60]).all()
     assert (texture == FTC).all()
-    write_mesh(path, V, F, V[:, :2])  # texture coordinates at vertices, for which FTC equals F
+    write_mesh(path, V, F, V[:, :2])  # texture coordinates at vertices: FTC equals F
     assert (read_texture(path)[1] == F).all()
 
 

@@ -59,7 +59,7 @@ def test_glb_keeps_both_sets_with_images_and_tangents(
     sides = triangles[:, 1:] - triangles[:, :1]
     assert (np.abs(np.linalg.det(sides)) > 0.01).all()
     assert len(get_array(after, primitive["attributes"]["POSITION"])) >= 4
-    # new first texture coordinates keep the second ones as well
+    # writing new first texture coordinates preserves the second coordinates
     assert main(["unwrap", str(out), "-o", str(tmp_path / "again.glb"), "--quiet"]) == 0
     again = read_file(tmp_path / "again.glb")
     assert (get_corner_values(again, "TEXCOORD_1") == second).all()

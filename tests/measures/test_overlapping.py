@@ -225,7 +225,7 @@ def test_invalid_pairs_are_rejected(pairs: list) -> None:
 
 
 def test_a_list_with_too_many_pairs_says_that_there_are_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Triangles are stacked in two charts, each of which has more pairs than the limit."""
+    """Triangles are stacked in two charts, and each chart has more pairs than the limit."""
     monkeypatch.setattr(overlapping, "MAX_PAIRS", 50)
     n = 20
     F = np.column_stack((np.zeros(n, dtype=np.int64), np.arange(1, 2 * n, 2), np.arange(2, 2 * n + 1, 2)))

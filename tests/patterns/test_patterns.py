@@ -53,7 +53,7 @@ def test_lengths_of_developable_surfaces_are_true(tmp_path: Path, name: str, met
     pattern = write_pattern(tmp_path / "p.svg", V, F, unwrap(V, F, method=method, progress=False))
     assert pattern.error < 1e-6
     assert all(abs(seam.change) < 1e-6 for seam in pattern.seams)
-    # the length of the outline is that of the boundary of the surface and both sides of the seams
+    # the length of the outline equals the surface's boundary length plus twice the seam length
     split = unwrap(V, F, method=method, progress=False).report.split
     edges = igl.boundary_facets(split.F)[0]
     rim = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1).sum()

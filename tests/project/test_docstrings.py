@@ -15,11 +15,11 @@ CHECKS = {
     "PR02",  # a documented parameter does not exist
     "PR03",
     "PR04",  # a parameter has no type
-    "PR10",  # there is no space before the colon after a parameter
+    "PR10",  # a space is missing before the colon after a parameter
     "RT01",  # the returned value is not documented
     "YD01",  # the yielded value is not documented
     "GL06",  # a section has an unknown title
-    "GL08",  # there is no docstring
+    "GL08",  # the docstring is missing
 }
 
 

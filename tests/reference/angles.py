@@ -73,7 +73,7 @@ def angle_sums(corner, alpha, cot, n):
 
 
 def limit_step(alpha, e, reach):
-    """Limit steps to a share of the step at which an angle vanishes; mark triangles that reach that step."""
+    """Limit steps to a share of the step that makes an angle zero; mark triangles that reach that step."""
     with np.errstate(divide="ignore"):
         times = np.where(e < 0, alpha / -e, np.inf).min(axis=0)
     return e * np.minimum(reach * times, 1), times <= 1

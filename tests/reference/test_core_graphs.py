@@ -25,7 +25,7 @@ def mesh_and_graph():
 
 
 def cases():
-    """Return arguments for each function: those of a mesh, and of graphs with multiple edges."""
+    """Return arguments for each function, for a mesh and for graphs with multiple edges."""
     mesh, t, length, ways = mesh_and_graph()
     rng, m = np.random.default_rng(1), t.corner.shape[1]
     few, count = np.minimum(t.edges, 20), rng.integers(5, size=(2, 40))

@@ -26,7 +26,7 @@ def place_beside(*parts: Surface) -> Surface:
 
 
 def meshes() -> dict[str, Surface]:
-    """Return disks and other meshes, some of which have the loops or the Euler characteristic of a disk."""
+    """Return disks and other meshes, including meshes with one loop or the Euler characteristic of a disk."""
     V, F = bumps(60)
     inside = np.setdiff1d(np.arange(len(V)), igl.boundary_loop(F))[5]
     ring = F[~(inside == F).any(axis=1)]

@@ -26,7 +26,7 @@ RESOLUTION = 256
 
 
 def make_several_bodies() -> Surface:
-    """Return a ball beside 40 small boxes, many of which are smaller than a texel."""
+    """Return a ball beside 40 small boxes; many boxes are smaller than a texel."""
     V, F = ball()
     cube = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
     square = np.array([[0, 2, 3], [0, 3, 1], [4, 5, 7], [4, 7, 6], [0, 1, 5], [0, 5, 4]])

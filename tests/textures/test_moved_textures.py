@@ -434,7 +434,7 @@ TILE_COLOURS = {1001: (255, 0, 0), 1002: (0, 255, 0), 1011: (0, 0, 255)}
 
 
 def write_tiles(folder: Path, name: str, suffix: str) -> Path:
-    """Write a body of three squares, each of which fills one UDIM tile."""
+    """Write a body of three squares; each square fills one UDIM tile."""
     for tile, colour in TILE_COLOURS.items():
         Image.new("RGB", (8, 8), colour).save(folder / f"skin.{tile}.png")
     square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])

@@ -125,7 +125,7 @@ def _read_point_colours(image: Any, n: int) -> FloatArray | None:
 
 
 def save_gifti(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write a GIFTI file whose surface is the flat map, as is usual for flat cortices."""
+    """Write a GIFTI file whose surface is the flat map, as other programs do for flat cortices."""
     gifti = import_optional("nibabel.gifti")
     points, triangles, vertex = make_flat_surface(mesh)
     of_points, of_triangles = {"GeometricType": "Flat"}, dict[str, str]()

@@ -134,8 +134,9 @@ def _read_rows(data: bytes) -> NDArray[Any]:
 def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write a flat patch: the number of each vertex on the surface, and its position in the plane.
 
-    Numbers count from 1, and are negative for border vertices: those of the patch that was read, or otherwise
-    the boundary vertices of the surface. The triangles are not stored, because the surface file has them.
+    Numbers count from 1, and are negative for border vertices: the border of the patch that was read, or
+    otherwise the boundary vertices of the surface. The triangles are not stored, because the surface file
+    has them.
     """
     split = split_vertices(mesh)
     vertex, times = np.unique(split.vertex, return_counts=True)

@@ -71,8 +71,8 @@ def read_tifxyz(path: str | os.PathLike[str], *, mask: bool = True) -> Segment:
         With the images `x.tif`, `y.tif` and `z.tif` and the file `meta.json`. Points are missing if z is not
         positive or a coordinate is not finite.
     mask : bool
-        Whether an image `mask.tif` removes the points at which its first channel is below 255. Its size is
-        the size of the grid, or a multiple of it.
+        Whether an image `mask.tif` removes the points where its first channel is below 255. The size of the
+        image is the size of the grid, or a multiple of it.
 
     Returns
     -------

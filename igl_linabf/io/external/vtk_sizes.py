@@ -9,7 +9,7 @@ from typing import Literal
 from ..limits import check_expansion, refuse_entities
 from ..parsing import Damaged
 
-VALUE_BYTES = 8  # size of VTK's largest number type
+VALUE_BYTES = 8  # VTK's largest number type has 8 bytes
 COUNT_PATTERN = re.compile(rb"""NumberOf(?:Points|Verts|Lines|Strips|Polys|Tuples)\s*=\s*["'](\d+)["']""")
 WIDTH_PATTERN = re.compile(rb"""NumberOfComponents\s*=\s*["'](\d+)["']""")
 ARRAY_PATTERN = re.compile(rb"<(?:Data)?Array\b([^>]*)>")

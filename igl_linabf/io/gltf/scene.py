@@ -202,7 +202,7 @@ class Gltf:
 
 
 def find_placements(gltf: Gltf) -> dict[int, Placement]:
-    """Return the placement of each mesh: that of its largest instance, the first if several are equal."""
+    """Return the placement of each mesh's largest instance; of equal instances, the first one is used."""
     nodes, scenes = gltf.entries("nodes"), gltf.entries("scenes")
     largest, area_of_mesh = dict[int, Placement](), dict[int, float]()
     roots = scenes[gltf.text.get("scene", 0)].get("nodes", ()) if scenes else ()

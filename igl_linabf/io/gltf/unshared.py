@@ -20,7 +20,7 @@ def list_unshared(text: dict[str, Any], instance_count: int) -> tuple[str, ...]:
         found.append(f"its {len(text['scenes'])} scenes")
     if (
         sum(bool(node.get("children")) for node in text.get("nodes", ())) > 1
-    ):  # a single parent may be just the root of all nodes
+    ):  # a hierarchy with a single parent is ignored, because the parent may be just the root node
         found.append("its node hierarchy")
     if instance_count:
         found.append(f"{instance_count} further instances of its meshes")

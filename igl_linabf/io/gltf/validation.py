@@ -1,4 +1,4 @@
-"""Check a glTF description once, when it is read, against the parts of glTF 2.0 that this package uses."""
+"""Check that a glTF description follows the parts of the glTF 2.0 specification that this package uses."""
 
 from typing import Any
 

@@ -9,7 +9,7 @@ from ..parsing import encode_utf8, parse_numbers
 from ..references import Folder
 
 KIND_OF_KEYWORD = {word.lower(): kind for kind, word in MTL_KEYWORDS.items()}
-OPTION_LENGTHS = {  # number of arguments, at most; several arguments must be numbers
+OPTION_LENGTHS = {  # maximum number of arguments; if it exceeds one, the arguments are numbers
     **dict.fromkeys(("-blendu", "-blendv", "-bm", "-boost", "-cc", "-clamp", "-imfchan"), 1),
     **dict.fromkeys(("-texres", "-type"), 1),
     "-mm": 2,

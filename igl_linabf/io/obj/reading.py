@@ -63,7 +63,7 @@ INVALID_FACE = "is not a face: it needs at least three vertex indices, counted f
 
 @dataclass(frozen=True, eq=False)
 class ObjText:
-    """The lines of an OBJ file, from which a new OBJ file is written.
+    """The lines of an OBJ file, which a new OBJ file reproduces.
 
     Attributes
     ----------
@@ -198,7 +198,7 @@ def load_looks(extras: Extras, folder: Folder) -> Extras:
                     name: attach_maps(look, folder.enter(get_library_path.parent))
                     for name, look in read_library(get_library_path).items()
                 }
-                found = materials | found  # the first definition takes precedence
+                found = materials | found  # the first definition of a material takes precedence
     if not found:
         return extras
     names = extras.materials[0]  # a name may end with a comment

@@ -298,7 +298,7 @@ def _read_element(data: bytes, start: int, element: Element, order: str) -> tupl
     """Read the columns of an element, by runs of rows with equal list sizes; also return its end in bytes."""
     runs: list[NDArray[Any]] = []
     sizes: list[tuple[int, ...]] = []
-    done, ahead = 0, element.rows  # number of rows to test for equal list sizes
+    done, ahead = 0, element.rows  # `ahead`: number of rows to test at once for equal list sizes
     while done < element.rows:
         sizes.append(_read_list_sizes(data, start, element, order, done))
         dtype = make_row_dtype(tuple(element.properties), sizes[-1], order)

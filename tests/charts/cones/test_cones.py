@@ -142,7 +142,7 @@ def test_a_periodic_texture_continues_across_quarter_seams(name: str) -> None:
     shift = (other - quarter[:, None] * one) / period
     assert np.abs(shift - np.round(shift)).max() <= 1e-9
     assert len(np.unique(np.round(shift))) > 2
-    # a map with a period is hardly more distorted than a map without one
+    # a period increases the distortion of a map only slightly
     free = unwrap(V, F, cones=given, packing=Packing(margin=0.01))
     assert atlas.quality.angle_distortion <= 1.05 * free.quality.angle_distortion
     assert atlas.quality.stretch_l2 == pytest.approx(free.quality.stretch_l2, rel=0.01)

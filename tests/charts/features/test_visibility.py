@@ -70,7 +70,7 @@ def bust() -> tuple[np.ndarray, np.ndarray]:
     return igl.remove_unreferenced(V, F[V[F][:, :, 2].max(axis=1) > -1.2])[:2]
 
 
-FACES = {  # directions in which the faces of the models look
+FACES = {  # the direction that each model looks towards
     "disk__optcuts_david_o_f10000.obj": [1, 0, 1],
     "disk__igl_face.obj": [0, 0, 1],
     "disk__igl_lion.off": [0, 0, -1],

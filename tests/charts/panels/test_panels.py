@@ -146,7 +146,7 @@ def test_a_plate_is_cut_along_sharp_creases_and_once_along_each_tube() -> None:
     atlas = unwrap(V, F)
     assert atlas.good
     assert atlas.quality.stretch_l2 < 1.001
-    # two planes and twelve tubes, most of which are merged with a plane
+    # two planes and twelve tubes; most tubes are merged with a plane
     assert 1 < len(atlas.charts) < 2 * 12 + 2
     edges, _, sides = igl.edge_flaps(F)[:3]
     normal = igl.per_face_normals(V, F, np.zeros(3))

@@ -150,7 +150,7 @@ def test_faces_without_area_leave_no_hole() -> None:
     middle = len(V)
     on = [
         t for t in range(len(F)) if {a, b} <= set(F[t].tolist())
-    ]  # faces at an edge, of which the first is split and a cap is added
+    ]  # faces at an edge; the first face is split and a cap is added
     c = next(v for v in F[on[0]] if v not in (a, b))
     i, j = (a, b) if (np.roll(F[on[0]], -1) == b)[np.flatnonzero(F[on[0]] == a)[0]] else (b, a)
     split = np.vstack((np.delete(F, on[0], axis=0), [[i, middle, c], [middle, j, c], [i, j, middle]]))

@@ -28,7 +28,7 @@ def check_package(path: str) -> None:
                 if entry.filename.lower().endswith(XML_SUFFIXES):
                     refuse_entities(head)
                 chunk = head
-                while chunk:  # the sizes in the archive's directory may be wrong
+                while chunk:  # count the bytes, because the archive's directory may state wrong sizes
                     taken += len(chunk)
                     check_expansion(taken, size, "its decompressed parts")
                     chunk = file.read(CHUNK)

@@ -26,8 +26,8 @@ from .reading import UNITS, ThreeMfFile
 
 TEXTURE_RELATION = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dtexture"
 MAX_COORDINATE = 1e9  # largest coordinate that lib3mf accepts
-INTEGER_DIGITS = 17  # digits for which lib3mf's 64-bit integers do not overflow
-MAX_DECIMALS = 16  # largest number of decimals that lib3mf writes
+INTEGER_DIGITS = 17  # lib3mf's 64-bit integers can hold this many digits
+MAX_DECIMALS = 16  # maximum number of decimals that lib3mf writes
 
 
 def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
@@ -83,7 +83,7 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
 
 
 def _count_decimals(rows: FloatArray) -> int:
-    """Return the number of decimals with which lib3mf can write the numbers in `rows`."""
+    """Return the maximum number of decimals that lib3mf can write for the numbers in `rows`."""
     largest = float(np.abs(rows).max(initial=0))
     if largest > MAX_COORDINATE:
         raise MeshError(
