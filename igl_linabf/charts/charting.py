@@ -40,14 +40,14 @@ from .splitting import (
     split_overlaps,
 )
 
-MIN_PIECES_TOGETHER = 8  # least number of pieces that are all flattened in one batch
+MIN_PIECES_TOGETHER = 8  # minimum number of pieces that are all flattened in one batch
 MAX_FACES_TOGETHER = 4_000  # total faces of the smallest pieces, which are flattened in one batch
-# Double area over squared extent of a map, up to which double precision cannot distinguish it from a line.
+# Maximum double area over squared extent of a map that double precision cannot distinguish from a line.
 NEEDLE_AREA = 1e-13
-MAX_TIP_FLIPS = 0.05  # share of flipped faces up to which flips are attributed to shrunk tips
+MAX_TIP_FLIPS = 0.05  # maximum share of flipped faces that is attributed to shrunk tips
 MAX_SEAM_ROUNDS = 8  # rounds of additional seams against flips or stretch, before a piece is halved
 MAX_SEAM_ROUNDS_WITH_MANY_FLIPS = 2  # `MAX_SEAM_ROUNDS` if the share of flips is above `MAX_TIP_FLIPS`
-MAX_TRADE_DOUBLINGS = 12  # number of times that `trade` is doubled to find more seams
+MAX_TRADE_DOUBLINGS = 12  # maximum number of times that `trade` is doubled to find more seams
 # Search for seams only if the saved stretch would pay for a seam of this length, relative to sqrt(area).
 MIN_SOUGHT_SEAM_LENGTH = 1.0
 MAX_EVEN_ROUNDS = 3  # rounds of additional seams for an even texel density

@@ -1,7 +1,7 @@
 """Constants that several modules share."""
 
-SEAMS_END = 0.3  # fraction of the progress bar at which all seams have been found
-CHARTS_END = 0.95  # fraction of the progress bar at which all charts have been flattened
+SEAMS_END = 0.3  # progress, from 0 to 1, when all seams have been found
+CHARTS_END = 0.95  # progress, from 0 to 1, when all charts have been flattened
 MAX_OVERLAP_ROUNDS = 20  # rounds of cuts between overlapping parts, before a chart is halved
-# The seam that halves a chart is within this share of the chart's extent from the middle.
+# Maximum distance of the seam that halves a chart from its middle, relative to the chart's extent.
 HALVING_BAND = 0.15

@@ -10,8 +10,8 @@ from .._types import BoolArray, FloatArray
 
 CREASE_DISCOUNT = 0.5  # price reduction of seams along edges with dihedral angles of 90 degrees or more
 SHARP_CREASE_PRICE = 0.15  # additional factor on the price of a seam along a sharp crease
-CREASE_ANGLE = np.deg2rad(15.0)  # least dihedral angle of a crease
-SHARP_CREASE_ANGLE = np.deg2rad(40.0)  # dihedral angle from which a crease is sharp: shading breaks there
+CREASE_ANGLE = np.deg2rad(15.0)  # minimum dihedral angle of a crease
+SHARP_CREASE_ANGLE = np.deg2rad(40.0)  # minimum dihedral angle of a sharp crease, where shading breaks
 
 
 def edge_prices(length: FloatArray, bend: FloatArray, is_hard: BoolArray) -> FloatArray:
@@ -88,5 +88,5 @@ class AtlasCost:
 
 
 def page_cost(fill: float) -> float:
-    """Return the cost of pages of which the charts cover the share `fill`."""
+    """Return the cost of pages; `fill` is the share of the pages that charts cover."""
     return 1 / fill - 1 if fill > 0 else float("inf")

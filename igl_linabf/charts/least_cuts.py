@@ -7,7 +7,7 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..surface import Submesh
 from .features import CreasedSurface
 
-ON_ONE_SIDE, ON_THE_OTHER, ON_EITHER = 0, 1, -1  # side of a minimum cut that a polygon has to be on
+ON_ONE_SIDE, ON_THE_OTHER, ON_EITHER = 0, 1, -1  # required side of a polygon in a minimum cut
 
 
 def edges_between_polygons(piece: Submesh) -> tuple[IntArray, FloatArray]:

@@ -16,7 +16,7 @@ from .features import Hiding
 from .packing import Packing, PackingRequest
 from .seams import TRADE, SeamSearch, check_trade
 
-# Expected L2 stretch beyond 1 of an isometric map, at the default `trade`, above which a piece is cut.
+# Maximum expected L2 stretch beyond 1 of the isometric map of an uncut piece, at the default `trade`.
 UNEVEN_STRETCH = 0.03
 
 
@@ -200,14 +200,14 @@ class ChartRules:
 
     @property
     def most_stretch(self) -> float:
-        """L2 stretch above which a chart is cut further."""
+        """Maximum L2 stretch of a chart that is not cut further."""
         if self.max_stretch is not None:
             return self.max_stretch * (1 + STRETCH_ROUNDING)
         return UNUSABLE_STRETCH if self.may_find_seams else np.inf
 
     @property
     def even_stretch(self) -> float:
-        """Expected L2 stretch of an isometric map above which a piece gets more seams."""
+        """Maximum expected L2 stretch of the isometric map of a piece that needs no more seams."""
         if not (self.weighs_stretch and self.trade and isinstance(self.method, Isometric)):
             return np.inf
         return 1 + UNEVEN_STRETCH * max(TRADE / self.trade, 1.0)

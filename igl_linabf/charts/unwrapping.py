@@ -59,9 +59,9 @@ from .packing import (
 from .periodic import shift_by_period
 from .trade_search import search_trade
 
-MAX_MARGIN_SHARE = 0.64  # largest share of a page that the margins around charts may cover
-SEARCHED_OVER_TRIAL = 0.88  # least ratio of the page size after a full search to that of a quick trial
-MAX_SPARSE_FILL = 0.57  # fill of a page of many charts, up to which the largest charts are cut
+MAX_MARGIN_SHARE = 0.64  # maximum share of a page that the margins around charts may cover
+SEARCHED_OVER_TRIAL = 0.88  # minimum ratio of the page size after a full search to that of a quick trial
+MAX_SPARSE_FILL = 0.57  # maximum fill of a page of many charts whose largest charts are cut
 
 
 def unwrap(
@@ -261,7 +261,7 @@ def _pack_with_period(
 def _set_scales(
     surface: Submesh, done: list[tuple[Chart, Submesh]], unseen: float
 ) -> list[tuple[Chart, Submesh]]:
-    """Set `Chart.scale` to `unseen` for charts that no ray from outside reaches."""
+    """Set `Chart.scale` to `unseen` for the charts that are invisible from outside."""
     if unseen == 1:
         return done
     rows = [np.searchsorted(surface.faces, piece.faces) for _, piece in done]
@@ -285,7 +285,7 @@ def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
     rim = topology.edges[topology.sides[1] < 0]
     if not len(rim):
         return
-    # count an edge along which a repair has cut only once
+    # count an edge that a repair has cut as one edge
     given, first = np.unique(np.sort(cleaned.origin[rim], axis=1), axis=0, return_index=True)
     doubled = np.unique(given[coincident_edges(surface.V, rim[first])])
     if len(doubled):
@@ -317,7 +317,7 @@ def _pack_fully(
     dearer, cheaper = (
         compute_division_price(creased, [piece for _, piece in charts]) for charts in (parts, done)
     )
-    # size of the page at which the uncut charts would cost as much as the cut charts
+    # page size that makes the uncut charts as costly as the cut charts
     worth = 1 / measure_fill(fuller) + (dearer - cheaper) / size / rules.trade
     if placed is None and SEARCHED_OVER_TRIAL * whole <= worth:
         placed = _place_charts(done, request)
@@ -348,7 +348,7 @@ def _make_atlas(
     request: PackingRequest,
     placed: list[PackedChart] | None = None,
 ) -> Atlas:
-    """Return the atlas of the charts `done`; they are packed unless `placed` already has their places."""
+    """Return the atlas of the charts `done`; pack them unless `placed` has their positions."""
     if placed is None:
         placed = _place_charts(done, request)
     charts, pieces = [chart for chart, _ in done], [piece for _, piece in done]

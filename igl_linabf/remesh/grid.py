@@ -16,7 +16,7 @@ from .constants import ROUNDING
 from .slicing import Fragments, slice_along_integers, slice_region
 
 DEFAULT_CELLS = 1000  # default number of cells
-MAX_CELLS = 10_000_000  # largest number of cells; exceeded if the spacing is in the wrong unit
+MAX_CELLS = 10_000_000  # maximum number of cells; exceeded if the spacing is in the wrong unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +185,7 @@ def _find_holes(x: FloatArray, region: IntArray, loops: list[IntArray]) -> dict[
 
 
 def _assemble_grid(fragments: Fragments, loops: _Loops, spacing: float, euler: int) -> QuadGrid:
-    """Build the grid, without vertices at which no lines meet and the boundary is straight."""
+    """Build the grid; keep only vertices where lines meet or the boundary turns."""
     x, V = fragments.x, fragments.V
     degree = np.bincount(loops.borders.ravel(), minlength=len(x))
     kept = degree > 2

@@ -10,7 +10,7 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from .constants import LARGEST_COORDINATE
 
-MOST_VERTICES = 2**31  # largest vertex count that is inferred from face indices alone
+MOST_VERTICES = 2**31  # maximum vertex count that is inferred from face indices alone
 
 Pins = tuple[IntArray, FloatArray]  # pinned vertices (#P,) and their positions (#P, 2), #P >= 2
 

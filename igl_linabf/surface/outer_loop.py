@@ -8,7 +8,7 @@ from ..linalg import Solvers
 from .topology import Topology
 
 ROUNDING = 1e-9  # relative tolerance of a loop's length, which is at least twice its extent
-MIN_LEAD = np.pi  # least difference of total turning, radians, that decides between loops
+MIN_LEAD = np.pi  # minimum difference of total turning, radians, that decides between loops
 MIN_WEIGHT, MAX_WEIGHT = 1e-6, 1e6  # edge weights are clipped to this range to keep the matrix definite
 
 

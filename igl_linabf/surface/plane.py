@@ -12,9 +12,9 @@ from .mesh import Mesh
 from .topology import NEXT, PREV, Topology
 
 # Bounds of the ratio of the largest to the smallest area scale of a map.
-SAFE_AREA_RATIO = 1e12  # area scale ratio up to which double precision suffices
-HOPELESS_AREA_RATIO = 1e30  # area scale ratio above which edge lengths differ by all 15 digits of a double
-LEAST_AREA_SHARE = 1e-32  # smallest area scale that is distinguished from 0, relative to the largest
+SAFE_AREA_RATIO = 1e12  # maximum area scale ratio for computations in double precision
+HOPELESS_AREA_RATIO = 1e30  # at a larger area scale ratio, edge lengths differ by all 15 digits of a double
+LEAST_AREA_SHARE = 1e-32  # minimum area scale that is distinguished from 0, relative to the largest
 
 
 def area_scale_ratio(mesh: Mesh, z: ComplexArray) -> float:

@@ -211,7 +211,7 @@ def cut_faces(F: IntArray, n: int, sides: IntArray, seams: BoolArray) -> tuple[I
     last fan if all of them do.
     """
     m, flat = len(F), F.ravel()
-    begins = np.flatnonzero(seams)  # corners at which a fan begins
+    begins = np.flatnonzero(seams)  # the first corner of each fan
     at_seam = np.zeros(n, dtype=bool)
     at_seam[flat[begins]] = True
     near = at_seam[F.T[list(NEXT)]].ravel()  # half-edges that start at a seam vertex

@@ -102,8 +102,9 @@ class Topology:
     @property
     def is_planar(self) -> bool:
         """Return True if the surface is a single disk, with or without holes."""
-        # An edge-connected surface of characteristic 2 - loops has no handles. Vertices where several fans
-        # meet only lower its characteristic, which is at most 2 - 2 genus - loops.
+        # The characteristic of an edge-connected surface is at most 2 - 2 genus - loops.
+        # Vertices where several fans of faces meet only lower the characteristic.
+        # Therefore a surface of characteristic 2 - loops has no handles.
         loops, n_faces = len(self.loops), len(self.corner[0])
         return loops > 0 and self.characteristic == 2 - loops and is_connected(self.sides, n_faces)
 

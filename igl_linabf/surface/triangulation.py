@@ -11,7 +11,7 @@ import numpy as np
 from .._types import BoolArray, FloatArray, IntArray
 from .constants import LARGEST_SEARCHED_POLYGON
 
-SEARCH_BATCH = 4_000_000  # largest number of elements (32 MB) of an array in the optimal triangulation
+SEARCH_BATCH = 4_000_000  # maximum number of elements (32 MB) of an array in the optimal triangulation
 NEGLIGIBLE_POLYGON_AREA = 1e-12  # double area that counts as 0, relative to the squared longest diagonal
 
 # Costs of triangles with defects; all other triangles cost the sum of their cotangents.

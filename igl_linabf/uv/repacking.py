@@ -15,7 +15,7 @@ from ..errors import MeshError, MeshWarning, some, stack_level
 from ..surface import complex_positions, coordinates, vertex_array
 from .uv_charts import UVCharts
 
-ROUNDING = 1e-14  # largest area of a chart that counts as zero, over its largest coordinate squared
+ROUNDING = 1e-14  # maximum area of a chart that counts as zero, over its largest coordinate squared
 
 ScaleName = Literal["keep", "even"]
 SCALES: tuple[ScaleName, ...] = get_args(ScaleName)
@@ -41,7 +41,7 @@ class PackedUV:
         Mean page widths per unit of length of V, except for `unseen` charts. Multiplied by the width in
         texels, it is the texel density.
     unseen : (#charts,) bool
-        Whether each chart is smaller because no ray from outside reaches it. All False if `Packing.unseen` is
+        Whether each chart is smaller because it is invisible from outside. All False if `Packing.unseen` is
         1.
     unmapped : int
         Number of faces without texture coordinates, which are left as they are.
@@ -185,7 +185,7 @@ def pack(
 
 
 def _find_unseen(V: ArrayLike, charts: UVCharts, rows: list[IntArray], first: IntArray) -> BoolArray:
-    """Return a mask of the charts whose whole stack is unseen; `first` is the first chart of each stack."""
+    """Return a mask of the charts in invisible stacks; `first` is the first chart of each stack."""
     seen = ~find_unseen_charts(vertex_array(V), charts.split.F, [charts.rows[own] for own in rows])
     return np.asarray(np.bincount(first, seen, charts.number)[first] == 0)
 

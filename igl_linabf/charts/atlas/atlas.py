@@ -16,8 +16,8 @@ from ...measures import Quality, format_pair_count
 from ...surface import Repair, Triangles, complex_positions, distinct_corners, signed_double_areas
 from ..cost import AtlasCost
 
-MAX_LISTED_CHARTS = 20  # largest number of charts in the table of a notebook
-UNUSABLE_STRETCH = 10.0  # L2 stretch above which a chart is cut further or, if it is not cut, reported
+MAX_LISTED_CHARTS = 20  # maximum number of charts in the table of a notebook
+UNUSABLE_STRETCH = 10.0  # charts with more L2 stretch are cut further or, if uncut, reported
 STRETCH_ROUNDING = 1e-9  # relative tolerance for rounding in `max_stretch`
 ISOMETRY_ENERGY = 4.0  # symmetric Dirichlet energy s1^2 + s2^2 + s1^-2 + s2^-2 of an isometry
 MAX_SEAM_MISMATCH = 1e-4  # largest `seam_mismatch` at which textures continue across the seams of cones
@@ -41,8 +41,8 @@ class Chart:
     distortion_increase : float
         Increase of F/3nt from moving overlapping parts apart; 0 if no parts were moved.
     scale : float
-        Texel density of the chart relative to the atlas: `Packing.unseen` if no ray from outside reaches the
-        chart, 1 otherwise.
+        Texel density of the chart relative to the atlas: `Packing.unseen` if the chart is invisible from
+        outside, otherwise 1.
     """
 
     faces: IntArray

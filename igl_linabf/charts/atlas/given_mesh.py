@@ -93,7 +93,7 @@ def _fill_rows_of_removed_faces(FTC: IntArray, chart: IntArray, F: IntArray) -> 
 
 
 def _find_edge_neighbours(F: IntArray, aside: IntArray, known: IntArray) -> IntArray:
-    """Return, for each face in `aside`, a face in `known` that shares an edge of two vertices, or -1."""
+    """Return, for each face in `aside`, a face in `known` that shares an edge with it, or -1."""
     n = int(F.max()) + 1
     side = np.stack((F, F[:, [1, 2, 0]]), axis=-1)
     key = side.min(axis=-1) * n + side.max(axis=-1)
@@ -109,7 +109,7 @@ def _find_vertex_neighbours(F: IntArray, aside: IntArray, known: IntArray) -> In
 def _find_row_with_common_value(
     table: IntArray, rows: IntArray, wanted: IntArray, usable: BoolArray
 ) -> IntArray:
-    """Return, for each row of `wanted`, the entry of `rows` at a row of `table` with a common value, or -1.
+    """Find, for each row of `wanted`, a row k of `table` with a common value; return `rows[k]`, or -1.
 
     Only the values of `wanted` that are marked in `usable` are compared.
     """

@@ -26,8 +26,8 @@ from ...surface import (
     normalize_placement,
 )
 
-MIN_LONE_HEIGHT = 1e-6  # least height of a chart that is a single triangle, over its longest side
-LONE_ROUNDING = 16 * np.finfo(float).eps  # least height of a single triangle, over its largest coordinate
+MIN_LONE_HEIGHT = 1e-6  # minimum height of a chart that is a single triangle, over its longest side
+LONE_ROUNDING = 16 * np.finfo(float).eps  # minimum height of a single triangle, over its largest coordinate
 
 
 def open_slivers(pieces: Sequence[Submesh]) -> list[Submesh]:

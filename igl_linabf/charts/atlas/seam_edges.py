@@ -13,7 +13,7 @@ from ...errors import MeshError, some
 from ...surface import NEXT, PREV, Polygons, Ragged, Submesh, Topology, merge_coincident, vertex_array
 from ..features import CreasedSurface
 
-# Relative double area of a face in a map below which rounding decides the sign (single precision: 6e-8).
+# Minimum double area of an oriented face in the map, relative to its coordinates (single precision: 6e-8).
 MIN_TURNING_AREA = 1e-6
 
 Given = ArrayLike | None

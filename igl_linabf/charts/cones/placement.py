@@ -20,18 +20,18 @@ from .quantisation import QuantisedCurvatures
 from .scale import ConeScale
 from .seams import cut_handles, find_closed_paths, find_seam
 
-# Number of cones that are found one by one, and number of cones in a row without feasible angles that end the
-# search.
+# Number of cones that are found one by one.
+# The search also ends after this number of cones in a row without feasible angles.
 SINGLE_CONES = 100
-CONES_PER_NEW_CONE = 16  # number of existing cones for each cone in a batch of new cones
-MAX_GREEN_VALUES = 200_000_000  # values of Green's functions (nodes times cones), 8 bytes each
+CONES_PER_NEW_CONE = 16  # number of existing cones per new cone of a batch
+MAX_GREEN_VALUES = 200_000_000  # maximum number of stored values of Green's functions: nodes times cones
 MIN_VERTICES_PER_CONE = 8  # interior vertices per cone, if there are more than `SINGLE_CONES` cones
 MAX_IDLE_CONES = 4  # the search ends after this number of cones in a row without gain
-# L2 stretch, plus the price of cones, above which the search continues; also the price of strained cones.
+# The search for cones may end below this stretch plus price of cones; also the price of strained cones.
 TOLERABLE_STRETCH = 3.0
-MIN_CONE_ANGLE = np.pi / 3  # angle sum of a cone, radians, below which another cone is placed nearby
-MAX_ANGLE_AT_CONE = 0.75 * np.pi  # largest mean angle of the triangles at an unstrained cone, radians
-QUARTERS_PER_TRIANGLE = 120 / 90  # largest angle of each triangle at a cone, in quarter turns
+MIN_CONE_ANGLE = np.pi / 3  # minimum angle sum of an unstrained cone, radians
+MAX_ANGLE_AT_CONE = 0.75 * np.pi  # maximum mean angle of the triangles at an unstrained cone, radians
+QUARTERS_PER_TRIANGLE = 120 / 90  # maximum angle of each triangle at a cone, in quarter turns
 
 
 def find_cones(
@@ -286,12 +286,12 @@ def _is_feasible(place: ConeComponent, scale: ConeScale) -> bool:
 
 
 def _find_feasible(angle: FloatArray, around: IntArray) -> BoolArray:
-    """Return a mask of the angle sums that are possible for `around` triangles."""
+    """Return a mask of the feasible angle sums; `around` has the number of triangles at each cone."""
     return np.asarray((angle > 0) & (angle < np.pi * around))
 
 
 def find_least_quarters(around: IntArray) -> IntArray:
-    """Return the least curvature of a cone with `around` triangles, in quarter turns."""
+    """Return the minimum curvature of a cone with `around` triangles, in quarter turns."""
     least = 4 - np.floor(QUARTERS_PER_TRIANGLE * around).astype(np.int64)
     return np.asarray(np.minimum(least, MAX_QUARTERS))
 

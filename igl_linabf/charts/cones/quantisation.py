@@ -15,11 +15,11 @@ from .constants import MAX_QUARTERS, QUARTER_TURN
 from .scale import ConeScale
 
 STRETCH_SAMPLES = 4_000  # number of sample nodes for estimates of the stretch
-MAX_EXCHANGES = 500  # largest number of exchanges of a quarter turn between two cones
+MAX_EXCHANGES = 500  # maximum number of exchanges of a quarter turn between two cones
 EXCHANGE_GAIN = 0.999  # an exchange must lower the squared stretch by this factor
 PAIRED_EXCHANGES = 160  # number of exchanges of least stretch that are combined in pairs
 MAX_EVALUATED_PAIRS = 150  # number of pairs evaluated in full, after a quadratic estimate ranks all pairs
-DISTORTION_PER_LOG_STRETCH = 30.0  # increase of the log stretch that is as bad as an F/3nt of 1
+DISTORTION_PER_LOG_STRETCH = 30.0  # increase of the log stretch that is as bad as a distortion F/3nt of 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class QuantisedCurvatures:
 
     @cached_property
     def _samples(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Area weights, values of u without cones, and changes of u per quarter turn, at sample nodes."""
+        """Area weights, log scale without cones, and its change per quarter turn, at sample nodes."""
         scale = self.scale
         sample = np.arange(0, scale.piece.graph.n, -(-scale.piece.graph.n // STRETCH_SAMPLES))
         weight = scale.piece.area[sample] / scale.piece.area[sample].sum()
@@ -145,7 +145,7 @@ class QuantisedCurvatures:
 
     @cached_property
     def _variance(self) -> tuple[float, FloatArray, FloatArray]:
-        """Variance of u as a quadratic form of k: constant term, matrix, and half the linear term."""
+        """Variance of the log scale as a quadratic form: constant term, matrix, and half the linear term."""
         weight, bare, green = self._samples
         bare, green = bare - weight @ bare, green - (green @ weight)[:, None]
         return float(weight @ bare**2), (green * weight) @ green.T, (green * weight) @ bare
@@ -174,6 +174,6 @@ def quantise_holonomy(path_turns: FloatArray, cost: FloatArray) -> FloatArray:
 
 
 def _distortion(path_turns: FloatArray, quarters: FloatArray, cost: FloatArray) -> FloatArray:
-    """Return the F/3nt, (n,), of changing the turns of paths from `path_turns` to `quarters`, (n, #paths)."""
+    """Return the distortion F/3nt, (n,), of rounding the turns `path_turns` of paths to `quarters`."""
     missing = (quarters - path_turns) * QUARTER_TURN
     return np.asarray(((missing @ cost) * missing).sum(axis=1))

@@ -92,7 +92,7 @@ class ConeScale:
 
     @property
     def ground_free_factor(self) -> Factor | None:
-        """Factorisation of L restricted to the nodes outside the ground; None if weights were clipped."""
+        """Factorisation of the Laplacian without the ground nodes; None if weights were clipped."""
         zero, piece = self.laplacian, self.piece
         if zero is not piece.laplacian.dirichlet_of_cotangents or zero is piece.laplacian.dirichlet:
             return None
@@ -107,7 +107,7 @@ class ConeScale:
 
     @cached_property
     def curvature(self) -> FloatArray:
-        """Curvatures of `nodes` for which the scale is 1 at all cones, radians."""
+        """Curvatures of `nodes`, radians, that make the scale 1 at all cones."""
         k = np.linalg.solve(self.green[:, self.others], -self.bare[self.others])
         return np.asarray(k if self.first < 0 else np.append(self.piece.curvature.sum() - k.sum(), k))
 
@@ -117,7 +117,7 @@ class ConeScale:
         return self.log_scale_of(self.curvature)
 
     def log_scale_of(self, curvature: FloatArray) -> FloatArray:
-        """Return u, (n,), for given curvatures of `nodes`, radians. Only at the ground u must be zero."""
+        """Return the log scale, (n,), for given curvatures of `nodes`, radians; it is zero at the ground."""
         k = curvature if self.first < 0 else curvature[1:]
         return np.clip(self.bare + k @ self.green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
 
@@ -128,14 +128,14 @@ class ConeScale:
 
     @property
     def spread(self) -> float:
-        """Standard deviation of u over the surface."""
+        """Standard deviation of the log scale u over the surface."""
         weight = self.piece.area / self.piece.area.sum()
         u = self.log_scale - weight @ self.log_scale
         return float(np.sqrt(weight @ u**2))
 
 
 def _ground_nodes(piece: ClosedSurface, first: int) -> IntArray:
-    """Return the nodes where the scale is zero without any cone."""
+    """Return the nodes with a fixed log scale of 0: the holes or, on a closed surface, the first cone."""
     return np.arange(piece.graph.n_holes) if first < 0 else np.array([first])
 
 

@@ -10,7 +10,7 @@ from ...angles import ClosedPath
 from ...surface import NEXT, Submesh, Topology
 from ..cut_graphs import ClosedSurface, Levels, SurfaceGraph, join_terminals, move_branch_points, open_handles
 
-HANDLE_CLUSTERS = 1_000  # largest number of nodes on which handles are cut; larger surfaces are contracted
+HANDLE_CLUSTERS = 1_000  # maximum number of nodes for cutting handles; larger surfaces are contracted
 
 
 def find_seam(piece: ClosedSurface, cones: IntArray, handles: IntArray | None = None) -> IntArray:
@@ -83,7 +83,7 @@ def _find_strips(topology: Topology, seam: IntArray, crossed: IntArray) -> Itera
             for first, second in (topology.sides[:, through[:-1]], topology.sides[:, through[1:]])
         )
         pivot = 3 - entry - leave
-        left = pivot == np.array(NEXT)[entry]  # triangles at which the strip turns left
+        left = pivot == np.array(NEXT)[entry]  # triangles where the strip turns left
         corners = np.concatenate((pivot[~left], entry[left], leave[left]))
         faces_of = np.concatenate((way[~left], way[left], way[left]))
         yield ClosedPath(corners * m + faces_of, int(np.count_nonzero(left)))

@@ -21,8 +21,8 @@ Arc = tuple[list[int], list[int]]  # consecutive edges of a seam, and the nodes 
 ArcArrays = tuple[IntArray, IntArray]  # an `Arc` stored as two arrays
 EndedArc = tuple[IntArray, int]  # consecutive edges of a seam, and the node at the end
 
-MOVES_OF_BRANCH_POINT = 3  # largest mean number of moves of a branch point
-MAX_ARCS_OF_ALL_PAIRS = 6  # largest number of arcs at a branch point for which all pairs of arcs are tried
+MOVES_OF_BRANCH_POINT = 3  # maximum mean number of moves of a branch point
+MAX_ARCS_OF_ALL_PAIRS = 6  # maximum number of arcs at a branch point for trying all pairs of arcs
 NEAREST_ARCS = 2  # number of nearest arcs with which each arc is paired at branch points with many arcs
 
 
@@ -112,7 +112,7 @@ def move_in_groups(
 def _move_branch_point(
     graph: SurfaceGraph, seam: IntArray, arcs: list[EndedArc], branch: int, kept: SeamTopology, cost: Cost
 ) -> tuple[IntArray, set[int]]:
-    """Reroute the arcs at a branch point to the point from which they are shortest; also return their ends.
+    """Move a branch point to where its arcs are shortest in total; also return the ends of the arcs.
 
     If the branch point is a hole or has more than three arcs, two arcs may instead share a new branch.
     """
@@ -137,7 +137,7 @@ def _move_branch_point(
 
 
 def _choose_nearby_pairs(graph: SurfaceGraph, arcs: list[EndedArc]) -> list[tuple[EndedArc, EndedArc]]:
-    """Return pairs of arcs that may share a part of their paths: all pairs or, of many, the nearest ones."""
+    """Return pairs of arcs that may share a part of their paths: all pairs or, if many, the nearest."""
     pairs = list(combinations(range(len(arcs)), 2))
     if len(arcs) > MAX_ARCS_OF_ALL_PAIRS:
         at = graph.position[[graph.ends[arc[len(arc) // 4], 1] for arc, _ in arcs]]

@@ -32,7 +32,8 @@ class ClosedSurface:
     edges : (#E, 2) int64
         The vertices at each edge.
     hiding : (#E,) float64
-        Factor on the length of each edge: above 1 if a seam would be visible there, below 1 if it is hidden.
+        Visibility factor on the length of each edge: above 1 if a seam would be visible there, below 1 if it
+        would be hidden.
     curvature, area : (n,) float64
         Angle defects, radians, and vertex areas.
     laplacian : SurfaceLaplacian
@@ -59,7 +60,7 @@ class ClosedSurface:
 
     @classmethod
     def of_creased(cls, creased: CreasedSurface, isometric: bool = False) -> ClosedSurface:
-        """Contract the boundary loops of a connected surface whose creases are known."""
+        """Contract the boundary loops of a connected surface, given as a `CreasedSurface`."""
         component = creased.surface
         V, topology = component.V, component.topology
         holes = len(topology.loops)
@@ -96,7 +97,7 @@ class ClosedSurface:
 
     @cached_property
     def node_hiding(self) -> FloatArray:
-        """Mean of `hiding` over the edges at each node, (n,); 1 at nodes without edges."""
+        """Mean visibility factor of the edges at each node, (n,); 1 at nodes without edges."""
         n, ends = self.graph.n, self.graph.ends.ravel()
         total = np.bincount(ends, np.repeat(self.hiding, 2), n)
         number = np.bincount(ends, minlength=n)

@@ -22,11 +22,11 @@ from .graph import SurfaceGraph, prune_stubs
 from .laplacians import SurfaceLaplacian
 from .shortening import pull_tight
 
-# Largest number of nodes in a search for seams; the nodes of larger surfaces are contracted to clusters.
+# Maximum number of nodes in a search for seams; the nodes of larger surfaces are contracted to clusters.
 MAX_CLUSTERS = 6_000
-MIN_NODES_OF_WIDE_CLUSTERS = 12_000  # number of nodes from which roots are one edge farther apart
+MIN_NODES_OF_WIDE_CLUSTERS = 12_000  # minimum number of nodes for roots that are one edge farther apart
 CLUSTER_HOPS = 2  # the roots of two clusters are more than this number of edges apart
-MIN_PEAK_CURVATURE = 0.1  # curvature, radians, below which roots are chosen in random order
+MIN_PEAK_CURVATURE = 0.1  # nodes with less curvature, radians, become roots in random order
 CORRIDOR_WIDTH = 3.0  # half width of the corridor of a seam, in mean distances between nodes and their roots
 
 
@@ -105,7 +105,7 @@ class Contraction:
         return prune_stubs(graph, graph.union(chosen, paths), self.roots[tips])
 
     def lift(self, seam: IntArray, kept: IntArray) -> IntArray:
-        """Map a coarse seam to the fine surface, and pull it tight between the roots of `kept`."""
+        """Map a coarse seam to the fine surface, and pull it tight; the roots of `kept` are fixed."""
         if not len(seam):
             return seam
         graph, lifted = self.fine.graph, self.lift_along_trees(seam)
@@ -206,7 +206,7 @@ def _contract_graph(graph: SurfaceGraph, forest: Forest) -> _ContractedGraph:
 def _select_crossed_edges(
     graph: SurfaceGraph, within: IntArray, cluster: IntArray, way: FloatArray
 ) -> IntArray:
-    """Return the edges within clusters across which faces are merged.
+    """Return the edges within clusters whose two faces are merged.
 
     In a cluster that is a disk, faces are merged across all edges outside the tree. In any other cluster, one
     edge remains for each independent loop, and the shortest edges are chosen to remain.
@@ -220,7 +220,7 @@ def _select_crossed_edges(
     no_disk[cluster[left]] = True
     again = within[no_disk[cluster[within]]]
     longest_first = again[np.argsort(-way[again], kind="stable")]
-    others = crossed[~no_disk[cluster[crossed]]]  # independent, because no face has edges within two clusters
+    others = crossed[~no_disk[cluster[crossed]]]  # faces of different clusters are distinct
     return np.append(others, spanning_forest(graph.faces, longest_first, graph.n_faces))
 
 
@@ -244,7 +244,7 @@ def _remove_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[In
     np.minimum.at(least, strip, length)
     shortest = np.flatnonzero(length == least[strip])[::-1]
     best, beside = np.empty(size, dtype=np.int64), np.empty((size, 2), dtype=np.int64)
-    best[strip[shortest]] = shortest  # of repeated indices, the last assignment wins
+    best[strip[shortest]] = shortest  # if an index is repeated, the last assignment wins
     at, side = np.nonzero(outer)
     of, faces = strip[at], sides[at, side]
     beside[of[::-1], 0], beside[of, 1] = faces[::-1], faces
@@ -268,7 +268,7 @@ def _build_cluster_laplacian(
         share = np.einsum("ij,ij->i", step, whole) / np.einsum("ij,ij->i", whole, whole)
         hole = i < graph.n_holes  # a hole has no position
         if hole.any():
-            # index by rows of b, because the row of a hole has many entries
+            # look up row b in the matrix: it is short, but the row of a hole is long
             edge = np.asarray(graph.adjacency[0][b[hole], a[hole]]).ravel()
             share[hole] = edge / (edge + distance[b[hole]])
     weight = closed.laplacian.weight[across] * np.clip(np.nan_to_num(share), MIN_BOND_WEIGHT, 1)

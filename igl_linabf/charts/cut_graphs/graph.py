@@ -56,7 +56,7 @@ class SurfaceGraph:
 
     @cached_property
     def neighbours(self) -> tuple[IntArray, IntArray]:
-        """The keys i n + j of all pairs of adjacent nodes i < j, ascending, and their shortest edges."""
+        """The keys i * n + j of all pairs of adjacent nodes i < j, ascending, and their shortest edges."""
         matrix, edge = self.adjacency
         row, column = np.repeat(np.arange(self.n), np.diff(matrix.indptr)), matrix.indices
         upper = row < column

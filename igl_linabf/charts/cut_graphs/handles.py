@@ -24,7 +24,7 @@ def open_handles(closed: ClosedSurface, rounds: int = BASE_POINT_ROUNDS) -> IntA
     best = find_shortest_loops(graph, bases)
     for _ in range(rounds - 1):
         tried.update(bases)
-        # a point in the middle of a loop is a base point for which this loop is short
+        # the middle of a short loop is a good base point: the loop through it stays short
         bases = sorted(set(graph.ends[best[1]].ravel().tolist()) - tried)
         bases = bases[:: -(-len(bases) // MAX_BASE_POINTS) or 1]
         best = find_shortest_loops(graph, bases, best)

@@ -35,7 +35,7 @@ class DirichletSolver:
         self._diagonal = np.flatnonzero(self._row == self._column)
 
     def solve(self, fixed: IntArray, r: FloatArray) -> FloatArray:
-        """Return u for a right-hand side (n,); its rows at fixed nodes are ignored."""
+        """Return the solution u for a right-hand side (n,); the values of r at fixed nodes are ignored."""
         return self.solver(fixed)(r)
 
     def solver(self, fixed: IntArray) -> Callable[[FloatArray], FloatArray]:

@@ -19,7 +19,7 @@ from .branches import (
 from .closed_surface import ClosedSurface
 from .constants import MAX_MOVED_ARCS, STRICTLY_SHORTER
 
-MIN_KEPT_PART = 0.7  # least share of faces that every part must retain when seams are pulled tight
+MIN_KEPT_PART = 0.7  # minimum share of faces that every part must retain when seams are pulled tight
 
 
 class _Corridor:
@@ -81,7 +81,7 @@ class _Corridor:
         return float(self.length[edges].sum())
 
     def mask_blocked_nodes(self, nodes: IntArray) -> BoolArray:
-        """Return a mask over the corridor of the given nodes of the surface, which paths may not pass."""
+        """Return a mask over the nodes of the corridor that marks `nodes`, which paths may not pass."""
         blocked = np.zeros(len(self._nodes), dtype=bool)
         blocked[self.index[nodes]] = True
         return blocked
@@ -145,7 +145,7 @@ def pull_tight(
 def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known: IntArray) -> IntArray:
     """Replace each arc with the shortest path that the corridor and the other arcs allow.
 
-    Arcs whose edges are all in `known` are skipped.
+    Arcs that have been straightened before, whose edges are all in `known`, are skipped.
     """
     graph = corridor.graph
 

@@ -59,10 +59,10 @@ def solve_log_scale(closed: ClosedSurface, fixed: IntArray, curvature: FloatArra
 
 
 def _solve_trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> FloatArray:
-    """Return the w of least mean square with L w = -K off the nodes `fixed`, by conjugate gradients.
+    """Return the trace w of the strain, which has the least mean square, by conjugate gradients.
 
-    The unknowns are the values of w at `fixed`. A hole is one node, but w varies along its boundary;
-    therefore the nodes adjacent to holes are unknowns, too.
+    L w = -K holds outside the nodes `fixed`; the unknowns are the values of w at `fixed`. A hole is one node,
+    but w varies along its boundary; therefore the nodes adjacent to holes are unknowns, too.
     """
     lower = closed.laplacian.lower
     whole = lower + sparse.tril(lower, -1).T

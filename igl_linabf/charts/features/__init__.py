@@ -1,6 +1,6 @@
 """Creases and curvature of a surface, and the visibility of seams.
 
-In: a surface. Out: dihedral angles, creases, curvature without noise; factors of the lengths of hidden seams.
+In: a surface. Out: dihedral angles, creases, curvature robust against noise; visibility factors of seams.
 """
 
 from .constants import TIP_CURVATURE

@@ -15,14 +15,14 @@ from . import constants
 from .curvature import component_extents, dihedral_angles, find_apexes, flat_shares
 from .visibility import hiding_factors
 
-PLANE_BEND = 1e-3  # dihedral angle, radians, up to which two faces are coplanar
-MIN_CHART_HEIGHT = 1e-12  # least height of a face, over its longest side, that double precision can map
-MIN_DISK_CURVATURE = 0.02  # least sum of squared curvatures, in full turns, of a disk with panels
+PLANE_BEND = 1e-3  # maximum dihedral angle, radians, between coplanar faces
+MIN_CHART_HEIGHT = 1e-12  # minimum height of a face, over its longest side, that double precision can map
+MIN_DISK_CURVATURE = 0.02  # minimum sum of squared curvatures, in full turns, of a disk with panels
 
-MIN_PLANE_SHARE = 1e-3  # least area of a large plane, as a share of the component's area
-PLANE_OVER_NEIGHBOURS = 2.0  # least area of a large plane, over the area of any smoothly adjacent plane
-TURN_OF_EXTENT = 1e-3  # radians that are added to the turning of a path for a length equal to the extent
-MAX_FILLET_TURN = np.deg2rad(60.0)  # largest total turn of the surface from a plane to a face assigned to it
+MIN_PLANE_SHARE = 1e-3  # minimum area of a large plane, as a share of the component's area
+PLANE_OVER_NEIGHBOURS = 2.0  # minimum area of a large plane, over the area of any smoothly adjacent plane
+TURN_OF_EXTENT = 1e-3  # cost of a path's length, in radians of turning per extent of the surface
+MAX_FILLET_TURN = np.deg2rad(60.0)  # maximum total turn of the normal from a plane to a face of its fillet
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,12 +118,12 @@ class CreasedSurface:
 
     @cached_property
     def visible_length(self) -> FloatArray:
-        """The length of each inner edge times `hiding`: the factor is below 1 where its faces hide a seam."""
+        """The length of each inner edge times its visibility factor, which is below 1 if a seam is hidden."""
         return np.asarray(self.length * self.hiding)
 
     @cached_property
     def hiding(self) -> FloatArray:
-        """Factor on each inner edge's length: above 1 if a seam would be visible, below 1 if hidden."""
+        """Visibility factor on each inner edge's length: above 1 if visible, below 1 if hidden."""
         if self.hidden is None:
             return np.ones(len(self.faces))
         return hiding_factors(self.surface, self.ends, self.length, self.hidden)
@@ -146,7 +146,7 @@ class CreasedSurface:
 
     @cached_property
     def is_hard(self) -> BoolArray:
-        """Mask of the components of which a large part is planar, such as machine parts."""
+        """Mask of the components with a large planar share, such as machine parts."""
         return np.asarray(self.flat_share >= constants.PLANAR_SHARE)
 
     @cached_property
@@ -169,7 +169,7 @@ class CreasedSurface:
 
     @cached_property
     def nearest_plane(self) -> IntArray:
-        """The large plane that is reached from each face with the least turning; -1 if it turns too much."""
+        """The large plane nearest to each face by the turning of the normal; -1 if none is near."""
         smooth, m = ~self.sharp, len(self.surface.F)
         turn = (self.crease_angle + TURN_OF_EXTENT * self.length / self.edge_extent)[smooth]
         indptr, indices, edge = shortest_edges(self.faces[smooth], turn, m)

@@ -7,17 +7,17 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Ragged, Submesh, connected_labels, sum_by_index
 from . import constants
 
-# Height of a face, in rounding errors of its coordinates, below which it takes the normal of a neighbour.
+# Minimum height of a face with a reliable normal, in rounding errors of its coordinates.
 MIN_SURE_HEIGHT = 100.0
-MAX_UNSURE_ROW = 8  # largest number of adjacent slivers through which a normal is passed on
+MAX_UNSURE_ROW = 8  # maximum number of adjacent slivers that take the normal of the same neighbour
 BEND_ROUNDING = 1e-5  # dihedral angle, radians, that rounding can cause between coplanar faces
-FLAT_TURN = 0.1  # largest turn of a flat part's normal, radians, over a distance of sqrt(area)
-MIN_CORNER_TURN = 0.01  # least turn of a facet's outline at a corner, radians
-TIP_PROMINENCE = 4.0  # least curvature of a tip on a soft crease, relative to the vertices around it
+FLAT_TURN = 0.1  # maximum turn of a flat part's normal, radians, over a distance of sqrt(area)
+MIN_CORNER_TURN = 0.01  # minimum turn of a facet's outline at a corner, radians
+TIP_PROMINENCE = 4.0  # minimum curvature of a tip on a soft crease, relative to the vertices around it
 
 
 class Smoothing:
-    """Repeated averaging over adjacent vertices: n averages reach about as far as sqrt(n) edges.
+    """Smoothing by averaging over adjacent vertices: n steps reach about sqrt(n) edges.
 
     Parameters
     ----------
@@ -36,11 +36,11 @@ class Smoothing:
         self._length = float(np.median(length)) if len(length) else np.inf
 
     def steps(self, reach: float, most: int) -> int:
-        """Return the number of averages, at most `most`, that reach over the distance `reach`."""
+        """Return the number of smoothing steps for the distance `reach`, at most `most`."""
         return min(round((reach / self._length) ** 2), most)
 
     def of(self, values: FloatArray, steps: int) -> FloatArray:
-        """Return values at the vertices, (#V,) or (#V, 2), after averaging `steps` times."""
+        """Return values at the vertices, (#V,) or (#V, 2), after `steps` smoothing steps."""
         pairs = values if values.ndim > 1 else np.column_stack((values, np.zeros(len(values))))
         for _ in range(steps):
             pairs = symmetric_product(*self._matrix, pairs) / self._number[:, None]

@@ -9,13 +9,13 @@ import numpy as np
 
 from ..._types import BoolArray, FloatArray, IntArray
 
-FACES_WITH_RAYS = 8  # number of faces of a chart from which rays start
+FACES_WITH_RAYS = 8  # number of faces of each chart that emit rays
 RAYS_OF_FACE = 100  # number of rays that start at each sampled face
 RAY_START = 1e-6  # distance between the start of a ray and its face, relative to the extent of the surface
 
 
 def find_unseen_charts(V: FloatArray, F: IntArray, charts: Sequence[IntArray]) -> BoolArray:
-    """Return a mask of the charts from which no ray leaves the surface.
+    """Return a mask of the charts that are invisible from outside: rays from them never leave the surface.
 
     Rays start at the centres of a few faces of each chart, on both sides. `charts` has the faces of each
     chart as rows of `F`. The result is deterministic: the sampled faces are spaced evenly by area, and the

@@ -28,12 +28,12 @@ MIN_BODY_SHARE = 0.01  # a component with a smaller share of all triangles is hi
 MIN_DETAILED_FACES = 300  # the front side is not determined for components with fewer triangles
 FINE_SCALE = 0.01  # scale of details, relative to the square root of the area
 COARSE_SCALE = 0.05  # scale of limbs, relative to the square root of the area
-MAX_SALIENCE_STEPS = 60  # largest number of one-ring averages to reach the coarse scale
-CLEAR_FRONT = 0.1  # length of the salience-weighted mean normal from which the front is unambiguous
-MIN_FRONT_SHARE = 0.1  # share of `CLEAR_FRONT` below which a component has no front
+MAX_SALIENCE_STEPS = 60  # maximum number of smoothing steps for the coarse scale
+CLEAR_FRONT = 0.1  # minimum length of the salience-weighted mean normal if the front is unambiguous
+MIN_FRONT_SHARE = 0.1  # minimum share of `CLEAR_FRONT` for a component with a front
 
-SMOOTHING_REACH = 0.02  # distance over which the visibility is smoothed, relative to sqrt(area)
-MAX_SMOOTHING_STEPS = 30  # largest number of one-ring averages that smooth the visibility
+SMOOTHING_REACH = 0.02  # smoothing distance of the visibility of faces, in square roots of the area
+MAX_SMOOTHING_STEPS = 30  # maximum number of smoothing steps of the visibility of faces
 
 Hiding = ArrayLike | Literal["back"]
 
@@ -83,7 +83,7 @@ def _find_backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
 
 
 def _measure_facing_away(component: Submesh) -> FloatArray:
-    """Return minus the cosine of each face's normal with the front; all 0 if the component has no front.
+    """Return how far each face looks away from the front: minus a cosine, or 0 if there is no front.
 
     If the front is not clear, the values are scaled down.
     """

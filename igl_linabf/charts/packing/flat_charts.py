@@ -15,7 +15,7 @@ from ..features import CreasedSurface
 from ..least_cuts import divide_at_least_cut, terminals_beside_line
 from .outlines import Outline, rectangles
 
-MIN_MAP_AREA = 1e-12  # least area of a part in the map, over its area on the surface, to have an outline
+MIN_MAP_AREA = 1e-12  # minimum area of a part in the map, over its area on the surface, to have an outline
 HULL_DIRECTIONS = 32  # directions whose extreme points approximate the convex hull of a chart
 
 _angle = 2 * np.pi / HULL_DIRECTIONS * np.arange(HULL_DIRECTIONS)
@@ -51,13 +51,13 @@ class FlatChart:
 
     @cached_property
     def atom(self) -> IntArray:
-        """The atom of each face, (#F,)."""
+        """The atom (polygon or plane) of each face, (#F,)."""
         within = self.creased.is_in_atom[self._rows]
         return connected_labels(self.piece.topology.faces_inside[within], len(self.piece.F))
 
     @cached_property
     def _between(self) -> BoolArray:
-        """Mask of the inner edges of the piece that separate two atoms."""
+        """Mask of the inner edges that separate two atoms (polygons or planes)."""
         one, other = self.atom[self.piece.topology.faces_inside].T
         return np.asarray(one != other)
 
@@ -68,35 +68,35 @@ class FlatChart:
 
     @cached_property
     def centre(self) -> FloatArray:
-        """Centres of the atoms in the map, (#P, 2)."""
+        """Centres of the atoms (polygons or planes) in the map, (#P, 2)."""
         a, b, c = self.uv[self.piece.topology.corner]
         return centres(self.atom, (a + b + c) / 3)
 
     @cached_property
     def sides(self) -> IntArray:
-        """The atoms on both sides of each edge between two atoms, (2, #E)."""
+        """The atoms (polygons or planes) on both sides of each edge that may be cut, (2, #E)."""
         return np.asarray(self.atom[self.piece.topology.faces_inside[self._between]].T)
 
     @cached_property
     def prices(self) -> FloatArray:
-        """Prices of seams along the edges between two atoms, (#E,), in units of length on the surface."""
+        """Price of a seam along each edge that may be cut, (#E,), in units of length on the surface."""
         return np.asarray(self.creased.price[self._rows[self._between]])
 
     @cached_property
     def ends(self) -> IntArray:
-        """The vertices of each edge between two atoms, (#E, 2). The first atom is on the left of the edge."""
+        """The vertices of each edge that may be cut, (#E, 2). The first of its `sides` is on the left."""
         return np.asarray(self.piece.topology.edges_inside[self._between])
 
     @cached_property
     def rim(self) -> tuple[IntArray, IntArray]:
-        """The vertices of the boundary edges, (#B, 2), and the uncuttable face patch (atom) left of each."""
+        """The vertices of the boundary edges, (#B, 2), and the polygon or plane on the left of each."""
         topology = self.piece.topology
         at = topology.sides[1] < 0
         return topology.edges[at], self.atom[topology.sides[0, at] % len(self.piece.F)]
 
     @cached_property
     def areas(self) -> FloatArray:
-        """Areas of the atoms on the surface and in the map, (2, #P)."""
+        """Areas of the atoms (polygons or planes) on the surface and in the map, (2, #P)."""
         mapped = np.abs(signed_double_areas(self.z, self.piece.topology.corner))
         return np.stack([np.bincount(self.atom, double) / 2 for double in (self.piece.measured[0], mapped)])
 
@@ -118,14 +118,14 @@ class FlatChart:
         return float(np.linalg.norm(np.ptp(self.uv, axis=0)))
 
     def divide_at_line(self, along: FloatArray, band: float) -> BoolArray:
-        """Return a mask of the atoms on one side of the cheapest seam near a line, (#P,).
+        """Return a mask of the polygons or planes on one side of the cheapest seam near a line, (#P,).
 
-        `along` has the signed distance of each atom from the line, (#P,).
+        `along` has the signed distance of each polygon or plane from the line, (#P,).
         """
         return divide_at_least_cut(self.sides, self.prices, terminals_beside_line(along, band))
 
     def parts(self, side: BoolArray) -> list["FlatChart"]:
-        """Cut the chart between the atoms with and without the mask `side`, (#P,), and return the parts.
+        """Cut the chart along the border of the atoms in the mask `side`, (#P,), and return the parts.
 
         The map of each part is scaled to the part's area on the surface. Parts are sorted by their first
         faces, as in `AtomGroups.outlines`.
@@ -140,14 +140,14 @@ class FlatChart:
         ]
 
     def atoms(self) -> "AtomGroups":
-        """Return groups that each consist of one atom."""
+        """Return groups of one atom (polygon or plane) each."""
         alone = np.arange(len(self.centre))
         return AtomGroups(self, alone, self.centre, np.ones(len(self.sides[0]), dtype=bool))
 
     def groups(self, squares: int) -> "AtomGroups":
         """Group the connected atoms in each square of a grid with `squares` squares along the chart.
 
-        If the chart has no more atoms than the grid has squares, each atom is a group.
+        If there are at most as many atoms as squares, each atom is a group.
         """
         centre, sides = self.centre, self.sides
         if len(centre) <= squares**2:

@@ -19,9 +19,9 @@ from .constants import COARSE_TURNS, EXPECTED_FILL, GROWING_ROOM, MIN_SHAPED_ARE
 from .outlines import ChartMasks, Outline, rasterize_outlines
 from .spacing import Spacing
 
-# Largest number of charts that are placed by their shapes. Smaller charts are placed as rectangles.
+# Maximum number of charts that are placed by their shapes. Smaller charts are placed as rectangles.
 MAX_SHAPED_CHARTS = 100
-RECTANGLE_FILL = 0.9  # least fill of a chart's bounding rectangle for which only 90 degree turns are tried
+RECTANGLE_FILL = 0.9  # minimum fill of a chart's bounding rectangle for which only 90 degree turns are tried
 COARSE_GRID = 64  # cells along the page's side when the rotations of charts are chosen
 FINE_GRID = 448  # cells along the page's side in the final layout
 # Try the next coarse layout if the side of the fine layout exceeds the best coarse side by this factor.
@@ -29,7 +29,7 @@ CLOSE_SIDE = 1.02
 FINE_SLACK = 0.002  # relative enlargement of the page of a fine trial, doubled in each further trial
 MAX_FINE_TRIALS = 8  # number of trials of a layout on the fine grid
 SIDE_HALVINGS = 7  # number of bisection steps that minimise the side of the pages
-MAX_SIDE_RATIO = 1e3  # side over its lower bound beyond which the charts cannot fit because of the gaps
+MAX_SIDE_RATIO = 1e3  # maximum side over its lower bound; at larger sides, the gaps leave no room
 
 Turns = Sequence[ComplexArray] | ComplexArray  # for each chart, the rotations to try
 
@@ -130,7 +130,7 @@ def find_fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int 
 
 
 def find_largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
-    """Lay out charts on pages of the shortest side, where charts are largest; None if gaps leave no room."""
+    """Lay out charts on the smallest possible pages; None if the gaps leave no room."""
     return _convert_aspect(_search_largest_layout(charts, spacing, pages), spacing)
 
 
@@ -218,7 +218,7 @@ class _SquareLayout:
     placed: _PlacedCharts
     order: IntArray
     side: float  # width of the page that defines the gaps
-    needed: float  # width of the smallest page that holds the square
+    needed: float  # width of the smallest page that contains the square
 
     @cached_property
     def layout(self) -> Layout:

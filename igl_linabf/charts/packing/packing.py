@@ -28,7 +28,7 @@ from .spacing import Packing, Spacing, page_size, resolve_packing
 FIRST_UDIM_TILE = 1001
 UDIM_ROW = 10  # pages side by side: UDIM tile 1001 + k is in column k % 10
 SINGLE_CHART_TURNS = 1_000  # rotations within 90 degrees that are tried for the smallest page of one chart
-MAX_HULL_POINTS = 2_000  # largest number of points of the convex hull that are rotated
+MAX_HULL_POINTS = 2_000  # maximum number of points of the convex hull that are rotated
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +124,7 @@ class PackingRequest:
     fixed : bool
         Do not turn charts.
     unseen : float
-        Scale of charts that no ray from outside reaches.
+        Scale of charts that are invisible from outside.
     """
 
     spacing: Spacing

@@ -23,21 +23,21 @@ from .flat_charts import OUTWARDS, FlatChart, make_whole_outlines
 from .packing import PackingRequest
 from .trial_pages import TrialChart, TrialPage
 
-MOST_TRIAL_CHARTS = 30  # largest number of charts on a trial page
-MAX_PAGE_CUTS = 8  # largest number of cuts for a fuller page
+MOST_TRIAL_CHARTS = 30  # maximum number of charts on a trial page
+MAX_PAGE_CUTS = 8  # maximum number of cuts to fill a page better
 LINE_DIRECTIONS = 8  # number of directions of the lines along which a chart may be cut
 LINES_ACROSS = 7  # lines in each direction, evenly spaced across the chart
-MAX_PACKED_LINES = 8  # number of lines, the most promising ones, whose parts are packed
-MAX_SEAM_LINES = 3  # number of lines, the best ones, near which the shortest seam is found and tried
+MAX_PACKED_LINES = 8  # number of most promising lines whose parts are packed
+MAX_SEAM_LINES = 3  # number of best lines that are replaced by the shortest seam nearby
 # Expected length of the shortest seam near a line, over the length of the edges that the line crosses.
 SEAM_PER_LINE = 0.8
 LINE_TOLERANCE = 1.1  # try the seam near a line if the cost of the line is within this factor of the limit
-BEST_FILL = 0.77  # largest fill that can be expected of a page
+BEST_FILL = 0.77  # maximum fill that can be expected of a page
 PAGE_PER_HULL = 1.25  # expected area of the page over the area of the convex hulls of its charts
-PAGE_PER_DIAGONAL = 0.7  # side of a page that holds a chart, over the diagonal of its bounding rectangle
-LINE_GRID = 64  # squares along a chart in which connected polygons are grouped, to choose lines
-SEAM_BAND = 0.04  # share of the chart's width around a line within which the shortest seam is found
-MAX_CHART_SIDE = 0.98  # largest chart relative to the page's side, which leaves room for rounding to cells
+PAGE_PER_DIAGONAL = 0.7  # side of a page with one chart, over the diagonal of the chart's bounding rectangle
+LINE_GRID = 64  # grid squares along a chart; lines are chosen for groups of polygons in a square
+SEAM_BAND = 0.04  # width of the search band around a line, as a share of the chart's width
+MAX_CHART_SIDE = 0.98  # maximum length of a chart, over the page's side; leaves room for rounding to cells
 
 Charts = list[tuple[Chart, Submesh]]  # charts with their pieces of the surface
 
@@ -202,7 +202,7 @@ def _find_best_cut(
     chart, unit = charts[k], float(np.sqrt(page.area))
     groups = chart.groups(LINE_GRID)
     normal, at = _draw_lines(groups.centre)
-    # if there are few atoms, many lines divide them in the same way
+    # if there are few polygons, many lines divide them in the same way
     _, distinct = np.unique(normal @ groups.centre.T > at[:, None], axis=0, return_index=True)
     normal, at = normal[np.sort(distinct)], at[np.sort(distinct)]
     hull, diagonal, crossed = evaluate_cut_lines(

@@ -11,8 +11,8 @@ from ...errors import is_number
 
 DEFAULT_PADDING = 2.0  # texels between two charts, if a resolution is given
 DEFAULT_MARGIN = 0.005  # default distance between charts, as a share of the page's side
-DEFAULT_MARGIN_OF_CELL = 0.05  # largest default margin, in units of the page's side over sqrt(#charts)
-MAX_GAP = 0.1  # largest gap between two charts, as a share of the page's side
+DEFAULT_MARGIN_OF_CELL = 0.05  # maximum default margin, in units of the page's side over sqrt(#charts)
+MAX_GAP = 0.1  # maximum gap between two charts, as a share of the page's side
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class Packing:
         `resolution`. If there are too many charts for the margin, `unwrap` reduces it with a warning. The
         default is 0.005 for up to 100 charts, and 0.05 / sqrt(#charts) for more.
     unseen : float
-        Texel density of charts that no ray from outside reaches, such as cavities, relative to all other
+        Texel density of charts that are invisible from outside, such as cavities, relative to all other
         charts: above 0, up to 1. Available in `unwrap` without cones, and in `pack`. Visibility is tested
         from 8 faces of each chart in 100 directions.
 

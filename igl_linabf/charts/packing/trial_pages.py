@@ -1,4 +1,4 @@
-"""A page on a coarse grid for repeated packing trials; the masks of each chart are drawn only once."""
+"""A page on a coarse grid for repeated packing trials; each chart is rasterised only once."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

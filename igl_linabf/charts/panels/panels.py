@@ -27,16 +27,16 @@ from ..features import TIP_CURVATURE, CreasedSurface
 from . import constants
 from .unfolding import compute_overlap_depths, find_joints, find_upright_turns, unfold
 
-PANEL_ANGLE = np.deg2rad(5.0)  # dihedral angle from which an edge separates panels
-MAX_CREASE_GAP = 1e-5  # largest gap at a joined crease, relative to the extent of the component
-# Largest depth of overlaps relative to the extent, due to the rounding of single-precision coordinates.
+PANEL_ANGLE = np.deg2rad(5.0)  # minimum dihedral angle of an edge that separates panels
+MAX_CREASE_GAP = 1e-5  # maximum closure error at a joined crease, relative to the extent of the component
+# Maximum depth of overlaps relative to the extent, due to the rounding of single-precision coordinates.
 MAX_OVERLAP_DEPTH = 2e-6
 # Tolerance for equal motions: of the rotation in radians, of the translation relative to the extent.
 SAME_MOTION = 1e-3
-PLANAR_SHARE_OF_ROUNDED = 0.3  # least share of area in large planes of a component with rounded creases
-ROUNDED_PLAY = 2e-3  # largest gap and overlap depth at rounded creases, relative to the extent
-ROUNDED_PLAY_OF_EDGE = 0.1  # largest gap between two joined panels at a rounded edge, over the edge length
-ROUNDED_DEPTH_OF_HEIGHT = 0.3  # largest overlap depth of a fillet's face, relative to the height of the face
+PLANAR_SHARE_OF_ROUNDED = 0.3  # minimum share of area in large planes of a component with rounded creases
+ROUNDED_PLAY = 2e-3  # maximum closure error and overlap depth at rounded creases, relative to the extent
+ROUNDED_PLAY_OF_EDGE = 0.1  # maximum closure error at an edge of a rounded crease, over its length
+ROUNDED_DEPTH_OF_HEIGHT = 0.3  # maximum overlap depth of a fillet's face, relative to the height of the face
 SAME_ROUNDED_MOTION = 1e-2  # `SAME_MOTION` at rounded creases
 
 
@@ -79,11 +79,11 @@ class Panels:
         return made
 
     def max_gaps(self, rows: IntArray | BoolArray) -> FloatArray:
-        """Return the largest allowed gap between the two sides of the joined edges `rows`."""
+        """Return the maximum closure error of the joined edges `rows`."""
         return np.asarray(MAX_CREASE_GAP * self.creased.edge_extent[rows])
 
     def max_depths(self, z: ComplexArray) -> FloatArray:
-        """Return the tolerated overlap depth of each face of the map `z`, (#F,)."""
+        """Return the maximum overlap depth of each face; `z` has the unfolded corners."""
         extent = self.creased.extent[self.creased.label]
         return compute_overlap_depths(z, extent, MAX_OVERLAP_DEPTH)
 
@@ -179,7 +179,7 @@ def find_panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, 
 
 
 def find_unjoined_folds(panels: Panels, z: ComplexArray, trade: float) -> BoolArray:
-    """Return a mask of the folds along which panels are not joined, and which therefore become seams.
+    """Return a mask of the folds that become seams, because the panels on both sides are not joined.
 
     `z` has the positions of the corners of each face, (#F, 3), in the unfolded panel.
     """

@@ -8,12 +8,12 @@ from ...surface import Ragged, connected_labels, index_and_rank, sum_by_index
 from ..features import CreasedSurface
 from . import constants
 
-MAX_PROJECTED_LOSS = 1e-4  # largest share of a plane's area that is lost when its faces are projected
+MAX_PROJECTED_LOSS = 1e-4  # maximum share of a plane's area that is lost when its faces are projected
 MIN_OVERLAPPING_HEIGHT = 1e-12  # ignore overlaps of faces with at most this height, relative to the extent
-MAX_CREASES_OF_PAIR = 8  # largest number of creases that are tried to join two panels
+MAX_CREASES_OF_PAIR = 8  # maximum number of creases that are tried to join two panels
 UNFILLED_SHARE = 0.0015  # weight of page area when panels are joined, relative to its weight in `AtlasCost`
 PAGE_OVER_AREA = 2.0  # area of the page, relative to the area of the component
-PAGE_OVER_SQUARED_LENGTH = 0.6  # least area of the page, relative to the squared length of the longest panel
+PAGE_OVER_SQUARED_LENGTH = 0.6  # minimum area of the page, over the squared length of the longest panel
 
 
 def unfold(creased: CreasedSurface, joined: BoolArray) -> ComplexArray:
@@ -101,7 +101,7 @@ def compute_overlap_depths(
     most: float,
     shallow: float | FloatArray = constants.MAX_DEPTH_OF_HEIGHT,
 ) -> FloatArray:
-    """Return the depth up to which each triangle may overlap other triangles; negative for slivers.
+    """Return the maximum overlap depth of each triangle; negative for slivers.
 
     The depth is at most `most` times the extent and at most `shallow` times the height of the triangle.
     Overlaps of slivers are ignored.
@@ -131,7 +131,7 @@ def find_joints(
 ) -> _Joints:
     """Return the pairs of panels that may be joined, with their motions, the most expensive creases first.
 
-    Edges at which the same motion, up to the tolerance `same`, joins two panels belong to one crease. Joining
+    Edges belong to one crease if the same motion, up to the tolerance `same`, joins their panels. Joining
     two panels is worth as much page area as a seam along the crease would cost.
     """
     rows = np.flatnonzero(fold)

@@ -15,7 +15,7 @@ from ..atlas import Atlas, Chart, find_seams_and_mismatch
 from .shifted_maps import ShiftedMaps
 
 MAX_PERIOD_HALVINGS = 8  # number of halvings of a period to find a shorter period that flips no triangles
-MAX_ROOMS = 4  # number of packings, with more and more room around the charts
+MAX_ROOMS = 4  # maximum number of packings, each with more room around the charts
 GAP_ROUNDING = 1e-6  # tolerance for rounding, as a share of the gap
 
 

@@ -12,7 +12,7 @@ from ...errors import MeshError, some
 from ...surface import NEXT, PREV, Submesh, connected_labels
 from ..atlas import find_texture_seam_rows
 
-QUARTER_TURN_TOL = 1e-3  # largest relative deviation of the sides of a seam edge from a quarter turn
+QUARTER_TURN_TOL = 1e-3  # maximum relative deviation of the sides of a seam edge from a quarter turn
 
 
 @dataclass(frozen=True, eq=False)

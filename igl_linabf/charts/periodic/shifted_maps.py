@@ -15,10 +15,10 @@ from .seam_shifts import FreeShifts, SeamSides, find_fans
 from .stiffness import Stiffness, build_displacement_energy, triangle_changes
 
 COST_OF_SHIFT = 0.01  # cost that is added to each shift, relative to the mean cost of a shift
-# Least mean cost of a shift, as a share of the energy if only triangles at the seam moved.
+# Minimum mean cost of a shift, as a share of the energy if only triangles at the seam moved.
 MIN_SHIFT_COST = 1e-7
 COLUMNS_AT_ONCE = 32  # number of right-hand sides that are solved in one call
-MAX_WEIGHTINGS = 4  # rounds of reweighting triangles that change much, while triangles flip
+MAX_WEIGHTINGS = 4  # maximum number of rounds that increase the weights of strongly changed triangles
 DOUBLING_CHANGE = 0.3  # relative change of a triangle that doubles its weight
 
 

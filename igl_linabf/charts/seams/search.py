@@ -23,12 +23,12 @@ from .small_bodies import SmallBodies
 
 # Factor on `trade` for seams of contracted surfaces, because such seams become shorter when pulled tight.
 CLUSTER_TRADE_FACTOR = 1.6
-CHEAP_PANELS = 0.1  # cost of seams around panels, up to which no other seams are searched
-MAX_FACES_OF_SMALL_BODY = 100  # largest number of faces of a component that is processed in a batch
-MIN_SMALL_BODIES = 8  # least number of components from which small components are processed in a batch
-MAX_FACES_OF_MEDIUM_BODY = 2_000  # largest number of faces of a smooth component in a batch of many
-MIN_MEDIUM_BODIES = 100  # number of components from which medium-sized components join the batch
-MAX_FLAT_SHARE_OF_SMOOTH_BODY = 0.1  # share of flat area below which a component is smooth
+CHEAP_PANELS = 0.1  # maximum cost of seams around panels that are accepted without a further search
+MAX_FACES_OF_SMALL_BODY = 100  # maximum number of faces of a small component
+MIN_SMALL_BODIES = 8  # minimum number of small components that are processed in one batch
+MAX_FACES_OF_MEDIUM_BODY = 2_000  # maximum number of faces of a smooth component in a batch of many
+MIN_MEDIUM_BODIES = 100  # minimum number of components for medium-sized components to join the batch
+MAX_FLAT_SHARE_OF_SMOOTH_BODY = 0.1  # maximum share of flat area of a smooth component
 
 
 def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:

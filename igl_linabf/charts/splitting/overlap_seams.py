@@ -15,7 +15,7 @@ from ...surface import Submesh, check_planar, face_components
 from ..features import CreasedSurface, box_sides
 
 MAX_OVERLAPS = 6  # number of overlaps that one search separates; each overlap doubles the search graph
-MAX_SEARCH_NODES = 1 << 19  # largest number of nodes of the search graph
+MAX_SEARCH_NODES = 1 << 19  # maximum number of nodes of the search graph
 BARRIER_COST = 1e3  # factor on the price of seam edges within an overlapping region
 PART_COST = 0.1  # price of an additional part, relative to the diagonal of the bounding box
 
@@ -151,8 +151,8 @@ def _find_shortest_seam(part: Submesh, pairs: IntArray, most: int) -> IntArray:
     search, doublings = _Search(part), int(np.log2(MAX_SEARCH_NODES / part.topology.n))
     overlaps = search.find_largest_overlaps(pairs, min(most, max(1, doublings)))
     while not len(seam := search.find_seam(overlaps)):
-        # three mutually overlapping faces: no closed curve crosses all three connecting paths an odd number
-        # of times
+        # No seam separates three mutually overlapping faces:
+        # no closed curve crosses all three connecting paths an odd number of times.
         overlaps.pop()
     return seam
 
@@ -208,10 +208,10 @@ class _Search:
         cost[barred] = BARRIER_COST * self._cost[barred]
         for k, overlap in enumerate(overlaps):
             flip[overlap.way] |= 1 << k
-        # A closed curve separates two sheets if it crosses the path between them an odd number of times. The
-        # search graph has a copy of each vertex for each combination of crossing parities. An edge that
-        # crosses the path of an overlap leads to the copy whose parity for this overlap is flipped. Therefore
-        # a seam that separates all overlaps is a walk from a vertex to the all-odd copy of this vertex.
+        # A closed curve separates two sheets if it crosses the path between them an odd number of times.
+        # The search graph has a copy of the vertices for each combination of parities.
+        # An edge that crosses a path leads to the copy with the flipped parity of this path.
+        # Thus a seam that separates all overlaps is a walk from a vertex to its copy with odd parities.
         n, copies = len(indptr) - 1, 1 << len(overlaps)
         walk = shortest_odd_walk(indptr, indices, cost[edge], flip[edge], self._n, copies).tolist()
         path = np.array(_prune_walk(walk, n, self._n), dtype=np.int64)

@@ -29,9 +29,9 @@ from .tips import MapMeasure
 SCAF_SECONDS = 300.0  # time limit of SCAF, which hangs on some maps
 SCAF_SECONDS_PER_FACE = 1e-2  # additional time limit of SCAF per face
 SCAF_ITERATIONS = 50  # default number of iterations of SCAF
-# Largest ratio of the L2 stretch, and of the conformal distortion, after SCAF to the value before.
+# Maximum ratio of the L2 stretch, and of the conformal distortion, after SCAF to the value before.
 MAX_SCAF_STRETCH_FACTOR = 1.2
-MIN_SCAF_AREA = 1e-14  # least share of a triangle in the area of the map; the energy overflows below
+MIN_SCAF_AREA = 1e-14  # minimum share of a triangle in the area of the map; the energy overflows below
 
 SCAF = "igl's SCAF"
 
@@ -132,7 +132,7 @@ def separate_parts(
 
 
 def _run_scaf(rest: FloatArray, topology: Topology, iterations: int, timeout: float) -> FloatArray:
-    """Run SCAF from an embedding in a circle towards the map `rest`, whose area must be 1.
+    """Run SCAF from an embedding in a circle towards the target map `rest`, whose area must be 1.
 
     With an area of 1/2, `igl.triangle.scaf_solve` hangs.
     """

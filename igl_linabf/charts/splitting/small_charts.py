@@ -21,10 +21,10 @@ from ...measures import measure_change, measure_qualities
 from ...surface import Ragged, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
 from ..atlas import Chart, scale_to_surface
 
-MAX_SMALL_AREA = 0.01  # largest share of a small chart in the area of the surface
-MAX_SMALL_FACES = 300  # largest number of faces of a small chart
-FIT_TOL = 1e-5  # largest distance between a chart and the vertices of a seam, relative to the chart's extent
-MAX_STRETCH_FACTOR = 1.01  # largest factor by which merging small charts may increase the L2 stretch
+MAX_SMALL_AREA = 0.01  # maximum share of a small chart in the area of the surface
+MAX_SMALL_FACES = 300  # maximum number of faces of a small chart
+FIT_TOL = 1e-5  # maximum distance between a chart and the vertices of a seam, relative to the chart's extent
+MAX_STRETCH_FACTOR = 1.01  # maximum factor by which merging small charts may increase the L2 stretch
 
 Key = tuple[int, ...]  # index of a piece, index of a part in this piece, index of a part in that part, ...
 Made = tuple[Key, Chart, Submesh]
@@ -124,7 +124,7 @@ class _Candidate:
                 yield run, laid_out
 
     def _fit(self, runs: list[_Run]) -> tuple[BoolArray, ComplexArray]:
-        """Move the map to the ends of each run; return where it fits, (#R,), and its positions, (#R, #V)."""
+        """Move the map to the ends of each run; return a mask of the runs that fit, and the moved maps."""
         z, vertices = self._z, Ragged.of_sizes([len(run.own) for run in runs])
         own, to = (np.concatenate(rows) for rows in zip(*((run.own, run.at) for run in runs), strict=True))
         (first, last), (start, end) = ((x[vertices.start[:-1]], x[vertices.start[1:] - 1]) for x in (own, to))
@@ -158,7 +158,7 @@ class _GrowingChart:
         self._in_chart = self._z[piece.F] * self._unit
 
     def rim(self) -> tuple[IntArray, IntArray]:
-        """Return the boundary edges of the chart, (#E, 2), and the code of each edge."""
+        """Return the boundary edges of the chart, (#E, 2), and a unique number for each edge."""
         loops = self._piece.topology.loops
         start = np.concatenate(loops)
         rim = np.column_stack((start, start[Ragged.of_sizes([len(loop) for loop in loops]).following]))
@@ -254,11 +254,11 @@ class _Rims:
         loop = piece.topology.loops[0]
         after = Ragged.of_sizes([len(loop)]).following
         following = loop[after]
-        code = _encode_edges(piece, following, loop)  # the host has the edges in the opposite direction
+        code = _encode_edges(piece, following, loop)  # the adjacent chart has the opposite directions
         place = np.minimum(np.searchsorted(self._code, code), len(self._code) - 1)
         beside = self._code[place] == code
         (end, start), of = self._rim[place].T, np.where(beside, self._of[place], -1)
-        # a run continues from edge k to edge k + 1 of the loop if the host's copies of both share a vertex
+        # edges k and k + 1 of the loop belong to one run if their copies in the large chart share a vertex
         goes_on = beside & (of == of[after]) & (end == start[after])
         first = beside.copy()
         first[after] &= ~goes_on

@@ -11,9 +11,9 @@ from ...surface import Submesh, connected_labels
 from ..cut_graphs import ClosedSurface
 from ..features import CreasedSurface
 
-TIP_STRETCH = 1.2  # L2 stretch of a map above which seams to shrunk tips are considered
-TIP_AREA_SHARE = 1 / 16  # largest ratio of a face's area in the map to its area in space, at a shrunk tip
-MIN_TIP_GAIN = 0.008  # least decrease of the L2 stretch, minus the price of the seams, for seams to tips
+TIP_STRETCH = 1.2  # minimum L2 stretch of a map that may get seams to shrunk tips
+TIP_AREA_SHARE = 1 / 16  # maximum ratio of a face's area in the map to its area in space, at a shrunk tip
+MIN_TIP_GAIN = 0.008  # minimum decrease of the L2 stretch, minus the price of the seams, for seams to tips
 
 
 @dataclass(frozen=True, eq=False)

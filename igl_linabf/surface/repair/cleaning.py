@@ -20,8 +20,8 @@ from ..topology import connected_labels, face_components
 from .sheets import Sheets, separate_sheets
 from .slivers import collapse_short_sides, limit_obtuse_angles
 
-# Bounds of the largest coordinate, between which eighth powers of lengths neither overflow nor vanish; other
-# meshes are scaled by a power of two.
+# Bounds of the largest coordinate, so that eighth powers of lengths neither overflow nor vanish.
+# Meshes with other coordinates are scaled by a power of two.
 LARGEST_USUAL_COORDINATE = 1e30
 SMALLEST_USUAL_COORDINATE = 1e-30
 
@@ -41,7 +41,7 @@ def _is_unwelded(V: FloatArray, boundary: IntArray) -> bool:
 
 
 def _find_boundary(F: IntArray, n: int) -> IntArray:
-    """Return the edges of exactly one of any triangles."""
+    """Return the edges that belong to exactly one triangle; the triangles need not form a manifold."""
     ends = np.sort(F[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     key, count = np.unique(ends[:, 0] * n + ends[:, 1], return_counts=True)
     return np.column_stack(np.divmod(key[count == 1], n))

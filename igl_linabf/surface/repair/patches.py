@@ -77,7 +77,7 @@ def patch_faces(F: IntArray, stays: BoolArray) -> PatchFaces:
         corner = np.ascontiguousarray(faces.T)
         _, sides, sound = find_edges(corner, len(vertices))
         if not sound:
-            build_topology(faces, vertices)  # raises
+            build_topology(faces, vertices)  # raises a `MeshError` for invalid faces
         label = connected_labels((sides[:, sides[1] >= 0] % len(faces)).T, len(faces))
         largest = label == np.bincount(label).argmax()
         if largest.all():

@@ -14,7 +14,7 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ..ragged import index_and_rank
 from ..topology import connected_labels, number_triangles
 
-MOST_FACES_PAIRED = 500  # largest number of faces at an edge that are joined in pairs
+MOST_FACES_PAIRED = 500  # maximum number of faces at an edge for joining them in pairs
 
 # Joining two faces costs 1 + cos of their angle (0 flat, 1 at a right angle, 2 folded) plus penalties.
 JOIN_COST_DECIMALS = 6  # decimals of the rounded cost, so that rounding errors do not break ties
@@ -207,8 +207,8 @@ def _orient_faces(F: IntArray, links: IntArray) -> tuple[BoolArray, BoolArray]:
 def _propagate_orientation(F: IntArray, links: IntArray) -> tuple[IntArray, BoolArray, BoolArray]:
     """Propagate the orientation of the first face of each component over a spanning tree.
 
-    Returns the component of each face, a mask of the faces to reorient, and a mask of the links across which
-    the orientations then still disagree.
+    Returns the component of each face, a mask of the faces to reorient, and a mask of the links between faces
+    whose orientations still disagree.
     """
     m, faces = len(F), links // 3
     tail, _ = _side_ends(F)

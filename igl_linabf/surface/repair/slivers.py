@@ -7,7 +7,7 @@ from ..areas import find_faces_without_area
 from ..arrays import distinct_corners
 from ..topology import connected_labels
 
-COLLAPSED_LENGTH = 1e-9  # longest side that collapses, relative to the size of the face's coordinates
+COLLAPSED_LENGTH = 1e-9  # maximum length of a side that collapses, over the size of the face's coordinates
 ROUNDING_MARGIN = 16.0  # areas up to this multiple of their rounding error count as zero
 
 # The arc of opened caps has the smaller of two heights: a share of its chord, and of the shortest side.
