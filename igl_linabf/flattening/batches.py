@@ -49,7 +49,7 @@ class LinearBatch:
     F, angles : (#F, 3) int64 and float64
         Triangles with the vertex numbers of each disk, and their target angles.
     gap, ratio : (#disks,) float64
-        Gap of the drawn boundary, and ratio of the largest to the smallest area scale.
+        Relative closure error of the boundary, and ratio of the largest to the smallest area scale.
     solver : str
         Solver of the layout.
     """

@@ -15,7 +15,7 @@ from .constants import BOUNDARY_TOL
 
 BoundaryName = Literal["free", "circle", "circles", "rectangle"]
 
-CORNER_WINDOW = 0.02  # half width of the window in which a corner turns, relative to the boundary length
+CORNER_WINDOW = 0.02  # half width of the window of a corner, relative to the boundary length
 
 SPLIT_CHORDS_HINT = "igl_linabf.surface.split_chords(V, F) splits these edges at their midpoints"
 
@@ -215,7 +215,7 @@ def _check_gauss_bonnet(mesh: Mesh, shape: Shape, faces: IntArray) -> None:
 
 
 def _chords_without_area(topology: Topology, sums: FloatArray) -> Iterator[tuple[int, int]]:
-    """Yield the chords of the outer loop that cut off a part with a nonpositive angle at the chord."""
+    """Yield the chords of the outer loop whose cut-off part has a nonpositive angle at the chord."""
     rim = topology.loops[0]
     place = np.full(topology.n, -1)
     place[rim] = np.arange(len(rim))

@@ -44,9 +44,9 @@ from .result import Flattening, Guarantee, Outcome
 Fit = Literal["area", "lengths"]
 
 FIT_SOURCES = 250  # number of vertices from which distances are measured for fit="lengths"
-MIN_UP_LENGTH = 0.01  # smallest length of the mean image of the unit direction `up` that can turn the map
-MIRRORED_SHARE = 0.9  # pins are mirrored if this share of their triangles has reversed orientation
-MOST_PINNED_TRIANGLES = 2000  # number of random triangles of pins whose orientation is checked
+MIN_UP_LENGTH = 0.01  # minimum length of the mean image of the unit direction `up` to turn the map
+MIRRORED_SHARE = 0.9  # pins are mirrored if at least this share of their triangles is reversed
+MOST_PINNED_TRIANGLES = 2000  # number of random triangles of pins for the orientation check
 
 
 def linabf(

@@ -34,8 +34,8 @@ from .result import (
     determine_outcome,
 )
 
-MAX_SHARED_FACES = 10_000  # number of triangles of the largest mesh that shares its linear system
-FACES_PER_SYSTEM = 4 * MAX_SHARED_FACES  # triangles from which a shared system is full
+MAX_SHARED_FACES = 10_000  # maximum number of triangles of a mesh in a shared linear system
+FACES_PER_SYSTEM = 4 * MAX_SHARED_FACES  # minimum number of triangles of a full shared system
 
 Arrays = tuple[FloatArray, IntArray]
 

@@ -40,8 +40,8 @@ Iterations = int | Literal["auto"]
 
 AREA_WEIGHT = 1.5  # default exponent of the area term of the isometric energy; minimises the L2 stretch
 MAX_AREA_WEIGHT = 8.0
-ISOMETRIC_TOL = 1e-3  # share of the isometric energy, by default, that further steps might still gain
-LARGEST_FOR_ABF = 20_000  # number of triangles up to which converged ABF is a fallback of linear ABF
+ISOMETRIC_TOL = 1e-3  # default tolerance: relative decrease of the energy by further steps
+LARGEST_FOR_ABF = 20_000  # maximum number of triangles for converged ABF as a fallback
 
 STAGES = ("estimate", "layout", "assembly", "analysis", "factor", "solve")
 

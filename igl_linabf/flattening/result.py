@@ -133,8 +133,8 @@ class Residuals:
     wheel : float
         `|sum log sin(gamma) - log sin(beta)|` around interior vertices (eq. 10).
     closure : float
-        Gap of the loop of a hole, relative to its length; 0 without holes. `vertex` and `wheel` include the
-        angle sum and the wheel around a hole.
+        Closure error of the loop of a hole, relative to its length; 0 without holes. `vertex` and `wheel`
+        include the angle sum and the wheel around a hole.
     """
 
     vertex: float
@@ -211,7 +211,7 @@ class Hole:
         `|sum log sin(gamma) - log sin(beta)|` over the vertices of the loop. Zero if the loop ends at the
         scale at which it starts.
     translation : float
-        Distance from the end of the drawn loop to its start, relative to its length.
+        Distance from the end to the start of the loop when it is laid out, relative to its length.
     """
 
     vertex: int
@@ -255,7 +255,7 @@ class FlatteningReport:
     steps : tuple of Step
         The linear solves in order.
     gap : float
-        Gap of the boundary loop drawn from the target angles, relative to its length.
+        Closure error of the boundary loop laid out from the target angles, relative to its length.
     layout : {"boundary", "least-squares", "greedy", "SLIM", "isometric", "embedding"}
         The layout of the map. With "isometric" and "embedding", the target angles are the angles of the map.
     solver, layout_solver : str

@@ -51,9 +51,9 @@ from .fallbacks import (
 from .methods import ABF, STAGES, LinABF, Method
 from .result import Flattening
 
-LARGEST_SCALED_ANGLE = 2.0  # largest angle of a conformally scaled triangle, in radians
-LARGEST_WIDENING = 0.2  # increase by scaling that is allowed even for larger angles, in radians
-MAX_STEPS_TO_SEAMS = 3  # largest number of steps after converged ABF that make both sides of seams match
+LARGEST_SCALED_ANGLE = 2.0  # maximum angle of a conformally scaled triangle, in radians
+LARGEST_WIDENING = 0.2  # allowed increase of the largest angle by scaling, in radians
+MAX_STEPS_TO_SEAMS = 3  # maximum number of steps after converged ABF to make both sides of seams match
 
 
 class DivergedError(ArithmeticError):

@@ -1,4 +1,4 @@
-"""The boundary layout: the boundary loop is drawn from its angles, and both coordinates are harmonic."""
+"""The boundary layout: the boundary loop is laid out from its angles, and both coordinates are harmonic."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from ..surface import complex_positions
 
 @dataclass(frozen=True, eq=False)
 class Boundary:
-    """The outer loops of disks side by side, or of a single disk, drawn from their angles.
+    """The outer boundary loop of each disk, laid out from its angles.
 
     Attributes
     ----------
@@ -22,7 +22,7 @@ class Boundary:
     z : (#rim,) complex128
         Positions of `vertices`; each loop is closed.
     gaps : (#disks,) float64
-        Gap of each loop before it was closed, relative to its length.
+        Closure error of each loop before the correction, relative to its length.
     """
 
     vertices: IntArray
@@ -31,12 +31,12 @@ class Boundary:
 
 
 def develop_boundary(constraints: Constraints, b: Residual) -> Boundary:
-    """Draw the outer loops from their exterior angles and the length ratios of successive edges.
+    """Lay out the outer loops from their exterior angles and the length ratios of successive edges.
 
     The exterior angles are shifted to sum to 2 pi, and the logarithms of the ratios to sum to 0. The
-    remaining gap is closed by the smallest changes delta of the lengths l, which minimise sum delta^2 / l.
-    Prescribed angles do not change, and free angles take up the difference. A loop on a circle is drawn from
-    the ratios only.
+    remaining closure error is removed by the smallest changes delta of the lengths l, which minimise sum
+    delta^2 / l. Only free angles are shifted; prescribed angles do not change. A loop on a circle is laid out
+    from the ratios only.
     """
     vertices, start = constraints.topology.rims
     turning, log_ratio, asked = b.turning[vertices], b.log_ratio[vertices], constraints.sums[vertices]
@@ -52,7 +52,7 @@ def develop_boundary(constraints: Constraints, b: Residual) -> Boundary:
 def harmonic_map(
     boundary: Boundary, at: Iterate, constraints: Constraints, laplacian: Analysis | None, solvers: Solvers
 ) -> tuple[ComplexArray, str]:
-    """Compute a map with harmonic coordinates inside the drawn boundaries.
+    """Compute a map with harmonic coordinates, given the positions of the boundary loops.
 
     The Laplacian belongs to the target angles. Returns the map and the name of the solver.
 

@@ -37,7 +37,7 @@ from .greedy import lay_out_greedily
 
 LayoutName = Literal["auto", "boundary", "least-squares", "greedy"]
 
-MAX_BOUNDARY_GAP = 2.5e-3  # largest gap of a drawn boundary, relative to its length, that "auto" accepts
+MAX_BOUNDARY_GAP = 2.5e-3  # maximum closure error of the boundary, relative to its length, for "auto"
 
 
 def place_map(topology: Topology, z: ComplexArray, area: float, pinned: Pins | None) -> ComplexArray:
@@ -47,7 +47,7 @@ def place_map(topology: Topology, z: ComplexArray, area: float, pinned: Pins | N
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """A map with its layout method, the gap of the drawn boundary over its length, and the solver."""
+    """A map with its layout method, the relative closure error of the boundary, and the solver."""
 
     z: ComplexArray
     method: str
@@ -86,8 +86,9 @@ def lay_out(
 ) -> Layout:
     """Compute a flat map from the angles of its triangles.
 
-    If they are known, `laplacian` is the analysis of the pattern of the constraints, and `boundary` the drawn
-    outer loop. An outer loop with prescribed angle sums is drawn with these sums, and does not change.
+    Optional inputs save time: `laplacian` is the analysis of the pattern of the constraints, and `boundary`
+    the outer loop that was laid out earlier. An outer loop with prescribed angle sums is laid out with these
+    sums, and does not change.
     """
     method, pinned = options.method, options.pinned
     check_pins(method, pinned)

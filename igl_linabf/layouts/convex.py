@@ -11,7 +11,7 @@ from ..linalg import NotPositiveDefiniteError, Solvers
 from ..surface import Topology, planar_topology, signed_double_areas
 
 DECAYS = (0.5, 1.0, 0.25, 0.0)  # decay rates of the weights, per edge towards the interior, tried in turn
-MAX_EXPONENT = 600.0  # largest x in a weight exp(-x); double precision underflows beyond 700
+MAX_EXPONENT = 600.0  # maximum x in a weight exp(-x); double precision underflows beyond 700
 PATCH_WIDTHS = (1, 2, 4, 8, 16, 32)  # numbers of rings of triangles around flipped triangles, tried in turn
 
 
@@ -42,7 +42,7 @@ def embed_in_circle(topology: Topology, solvers: Solvers) -> Iterator[ComplexArr
 
 
 def embed_patches(topology: Topology, z: ComplexArray, solvers: Solvers) -> Iterator[ComplexArray]:
-    """Embed wider and wider patches around the flipped triangles again.
+    """Embed patches of increasing width around the flipped triangles again.
 
     The boundary of a patch does not change. Because it may not be convex, the caller has to check the result
     for flips.
@@ -73,7 +73,7 @@ def _convex_combination(
     """Place each free vertex at a convex combination of its neighbours; all other vertices are fixed.
 
     The weights are w_ij = exp(-decay (d_i + d_j)), where d is the number of edges to the nearest fixed
-    vertex. The weights pull vertices outwards, because long limbs would shrink exponentially with equal
+    vertex. The weights pull vertices outwards, because long protrusions would shrink exponentially with equal
     weights. The wide range of the weights does no harm, because scaling rows does not change the rounding
     errors of the elimination. Return None if the system is singular in double precision.
     """

@@ -13,7 +13,7 @@ from ..errors import FallbackWarning, stack_level
 from .factors import Analysis, Factor
 from .scikit_sparse import CholmodInterface, select_interface
 
-SIMPLICIAL_ROWS = 25_000  # number of rows above which a supernodal factor is faster than a simplicial factor
+SIMPLICIAL_ROWS = 25_000  # with more rows, a supernodal factor is faster than a simplicial factor
 
 HOW_TO_GET = (
     "install SuiteSparse (Debian: apt install libsuitesparse-dev libopenblas0-pthread; macOS: brew install "

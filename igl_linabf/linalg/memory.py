@@ -9,8 +9,8 @@ import psutil
 from ..errors import MemoryLimitError
 
 BYTES_PER_FACE = 1000  # peak memory per face of a map without factors, see benchmarks/memory.py
-FILL = 4.5  # entries of the factor of a planar Laplacian with n rows, over n log2(n), benchmarks/memory.py
-MIN_QUERIED_BYTES = 2**25  # the free memory is only queried for larger allocations
+FILL = 4.5  # entries of the factor of a planar n by n Laplacian, over n log2(n); see benchmarks/memory.py
+MIN_QUERIED_BYTES = 2**25  # query the free memory only for larger allocations
 
 
 def free_memory() -> int | None:

@@ -14,8 +14,8 @@ from ..errors import MeshError, is_number, some
 from ..surface import Submesh
 
 RINGS = 7  # rings of neighbours within which distances are compared, as in FreeSurfer
-MAX_SOURCES = 1000  # largest number of source vertices; they are a random sample of a larger mesh
-SOURCES_A_CALL = 8  # source vertices per call of igl, whose single queue is slow for many sources
+MAX_SOURCES = 1000  # maximum number of source vertices; larger meshes are sampled at random
+SOURCES_A_CALL = 8  # number of source vertices per call of igl, which is slow for many sources
 
 NO_INDICES: IntArray = np.zeros(0, dtype=np.int64)
 

@@ -223,7 +223,7 @@ def measure_qualities(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list
 
 
 def _combine_changes(changed: Change, faces: Ragged, overlaps: Sequence[int]) -> list[Quality]:
-    """Combine the changes of faces to the quality of each chart; `overlaps` counts pairs of each chart."""
+    """Compute the quality of each chart from the changes of its faces and its number of `overlaps`."""
     area, conformal = changed.double_area, changed.conformal
     with np.errstate(invalid="ignore"):
         weighted = area * (

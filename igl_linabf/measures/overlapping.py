@@ -24,7 +24,7 @@ from ..surface import (
 from .winding import find_open_sides, find_suspect_faces
 
 NO_PAIRS: IntArray = np.zeros((0, 2), dtype=np.int64)
-MAX_PAIRS = 5_000_000  # largest number of pairs that are listed; n faces that all overlap have n^2 / 2 pairs
+MAX_PAIRS = 5_000_000  # maximum number of listed pairs; n faces that all overlap have n^2 / 2 pairs
 
 
 def format_pair_count(count: int) -> str:
@@ -148,7 +148,7 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
 
 
 def _find_pairs_in_chart(z: ComplexArray, F: IntArray) -> IntArray:
-    """Find the overlapping pairs of a chart, near points around which its boundary winds more than once."""
+    """Find the overlapping pairs of a chart, searching only near points with a winding number above one."""
     rim, index = find_open_sides(F, len(z)), np.arange(len(F))
     if rim is not None:
         tail, head = (F[:, columns].T.ravel()[rim] for columns in ([0, 1, 2], [1, 2, 0]))

@@ -1,12 +1,12 @@
-"""Winding numbers of the boundary of a chart, which can overlap itself only where they exceed one."""
+"""Winding numbers of chart boundaries; a chart overlaps itself only where they exceed one."""
 
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..surface import index_and_rank, signed_double_areas
 
-MOST_GRID_CELLS = 512  # largest number of cells along a side of the grid
-CELL_MARGIN = 1e-6  # margin by which ranges are enlarged because of rounding, in cells
+MOST_GRID_CELLS = 512  # maximum number of cells along one side of the grid
+CELL_MARGIN = 1e-6  # margin of ranges for rounding errors, in cells
 
 
 def find_suspect_faces(z: ComplexArray, F: IntArray, tail: IntArray, head: IntArray) -> BoolArray:
@@ -60,14 +60,14 @@ def _subdivide(start: ComplexArray, end: ComplexArray) -> tuple[ComplexArray, Co
 
 
 def _touched_range(low: FloatArray, high: FloatArray, side: int) -> tuple[IntArray, IntArray]:
-    """Return the first and last columns, or rows, of the grid that ranges from `low` to `high` touch."""
+    """Return the first and last grid columns (or rows) that overlap each range from `low` to `high`."""
     ends = low - CELL_MARGIN, high + CELL_MARGIN
     first, last = (np.clip(np.floor(x), 0, side - 1).astype(np.int64) for x in ends)
     return first, last
 
 
 def _mark_passed_cells(a: ComplexArray, b: ComplexArray, side: int) -> BoolArray:
-    """Mark the grid cells that short pieces, from a to b, may pass."""
+    """Return a mask of the grid cells that short line segments from a to b may pass."""
     columns = _touched_range(np.minimum(a.real, b.real), np.maximum(a.real, b.real), side)
     rows = _touched_range(np.minimum(a.imag, b.imag), np.maximum(a.imag, b.imag), side)
     marked = np.zeros((side, side), dtype=bool)
@@ -78,7 +78,7 @@ def _mark_passed_cells(a: ComplexArray, b: ComplexArray, side: int) -> BoolArray
 
 
 def _winding_numbers(a: ComplexArray, b: ComplexArray, side: int) -> IntArray:
-    """Compute the winding numbers of the curve of short pieces, from a to b, around the centres of cells."""
+    """Compute winding numbers at cell centres, for a curve that consists of short pieces from a to b."""
     low, high = np.minimum(a.imag, b.imag), np.maximum(a.imag, b.imag)
     # a short piece crosses at most one horizontal line through cell centres
     row = np.ceil(high - 0.5).astype(np.int64) - 1

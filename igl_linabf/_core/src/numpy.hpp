@@ -40,8 +40,8 @@ using Scalar = typename Items<T>::Scalar;
 template <class T>
 constexpr std::size_t SCALARS_PER_ITEM = sizeof(T) / sizeof(Scalar<T>);
 
-// The type of array arguments. nanobind copies an array that has another type or layout. Therefore, arguments that are
-// written to need .noconvert().
+// The type of array arguments. nanobind copies an array that has another type or layout. Therefore, output arguments
+// need .noconvert().
 template <class T, class Shape>
 using InputArray = nb::ndarray<Scalar<T>, Shape, nb::c_contig, nb::device::cpu>;
 

@@ -54,7 +54,7 @@ void parallel_for(Index count, const Work& work) {
         const Index threads = std::min<Index>({count_cores(), count, MOST_THREADS});
         JoiningThreads others;
         try {
-            if (threads > 1) others.reserve(threads - 1);  // so that emplace_back only fails to start a thread
+            if (threads > 1) others.reserve(threads - 1);  // emplace_back can then fail only if a thread cannot start
             for (Index k = 1; k < threads; ++k) others.emplace_back(run_tasks);
         } catch (const std::system_error&) {  // continue with the threads that have been started
         } catch (const std::bad_alloc&) {     // no memory for the stack of another thread

@@ -16,10 +16,10 @@ from .constants import CORRECTABLE, CORRECTABLE_PRESCRIBED, ROUGH_RTOL
 from .iterations import State
 from .linearisation import Linearisation, errors, exact_direction, linearise, solve
 
-GROWING_STEPS = 4  # the angles diverge if the residuals grow in this many consecutive steps
-MAX_CORRECTIONS = 12  # largest number of consecutive corrections before the next step
-INEFFECTIVE_CORRECTION = 0.5  # a correction is rejected if it leaves this share of the residual
-SLOW_CORRECTION = 0.2  # the next correction computes a new factor if this share of the residual remains
+GROWING_STEPS = 4  # number of consecutive steps with growing residuals that count as divergence
+MAX_CORRECTIONS = 12  # maximum number of consecutive corrections before the next step
+INEFFECTIVE_CORRECTION = 0.5  # reject a correction that leaves at least this share of the residual
+SLOW_CORRECTION = 0.2  # compute a new factor if a correction leaves more than this share of the residual
 
 
 def iterate_with_corrections(
@@ -27,11 +27,11 @@ def iterate_with_corrections(
 ) -> State:
     """Take active-set steps, followed by conformal corrections, until the residual is at most `tol`.
 
-    A step reduces the residual to about its square. Therefore, each system is solved no more accurately than
-    that, and at least to a relative residual of `largest`. Small residuals are corrected in the conformal
-    metric, unless `rtol`, the relative residual of all steps, is given. Residuals along closed paths spread
-    over all triangles, and conjugate gradients reduce such smooth residuals slowly. Therefore, corrections
-    close the paths, and steps close the paths only if corrections fail.
+    A step reduces the residual to about its square. Therefore, each system is solved to a relative residual
+    about as small as the current residual, and at most `largest`. Small residuals are corrected in the
+    conformal metric, unless `rtol`, the relative residual of all steps, is given. Residuals along closed
+    paths spread over all triangles, and conjugate gradients reduce such smooth residuals slowly. Therefore,
+    corrections close the paths, and steps close the paths only if corrections fail.
     """
     paths, turned = state.problem.constraints.paths, _has_prescribed_turning(state)
     for _ in range(most):

@@ -18,7 +18,7 @@ HOLONOMY_ROUNDING = 1e-10  # relative rounding error of the entries of a dense m
 
 @dataclass(frozen=True, eq=False)
 class HolonomyAngles:
-    """The turning of closed paths once the constraints hold, to first order.
+    """First-order prediction of the turning of closed paths at angles that satisfy the constraints.
 
     In the metric of the cotangent matrices K, M K M^T is diag(L, L). Let T be the rows of the paths, B = M K
     T^T, D = T K T^T and C = diag(L, L)^-1 B. The residual r of the constraints changes the scale and the

@@ -19,7 +19,7 @@ Kind = Literal["step", "chord", "conformal", "anchored", "feasible", "restoratio
 
 @dataclass(frozen=True, eq=False)
 class DiskBlocks:
-    """The rows and faces of each of several disks that are solved side by side, or of a single disk.
+    """The rows and faces of each disk in a linear system of one or several disks.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class AngleProblem:
 
     @cached_property
     def disks(self) -> DiskBlocks:
-        """The blocks of the disks that are solved side by side, or of the only disk."""
+        """The blocks of all disks of the problem, or of its only disk."""
         if self.side_by_side is not None:
             return self.side_by_side
         m = self.constraints.topology.corner.shape[1]
@@ -75,7 +75,7 @@ class AngleProblem:
 
     @cached_property
     def start(self) -> Iterate:
-        """The iterate at the initial estimate."""
+        """The `Iterate` of the initial estimate."""
         return self.at(self.estimate)
 
     def at(self, alpha: FloatArray) -> Iterate:

@@ -72,7 +72,7 @@ def linear_step(
 
 @dataclass(frozen=True, eq=False)
 class StepAndChord:
-    """The angles of disks side by side after the linear step and its chord.
+    """The angles of several disks, solved in one system, after the linear step and its chord.
 
     Attributes
     ----------

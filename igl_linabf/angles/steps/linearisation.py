@@ -37,7 +37,7 @@ from .iterates import AngleProblem, Iterate, Kind, Step
 
 Closed = Literal["all", "paths", "none"]
 
-MAX_SHARE_TO_ZERO = 0.7  # longest step, as a share of the step at which an angle vanishes
+MAX_SHARE_TO_ZERO = 0.7  # maximum step length, relative to the step that makes an angle zero
 
 EMPTY_MATRIX = Symmetric((np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, 4))))
 
@@ -145,7 +145,7 @@ class Direction:
 
     @property
     def inner_steps(self) -> int:
-        """The largest number of conjugate gradient steps of a disk."""
+        """Maximum number of conjugate gradient steps over all disks."""
         return int(self.each.max(initial=0))
 
 

@@ -15,28 +15,28 @@ from .linearisation import Direction, linearise, solve
 
 # Constants of anchored steps
 ANCHORED_RTOL = 0.03  # relative residual of conjugate gradients in anchored steps
-SLOW_STEP = 0.7  # a step is slow if its change exceeds this share of the smallest change
-LEAST_ANCHORED_RTOL = 0.003  # smallest relative residual of conjugate gradients after slow steps
-NEARLY_LINEAR = 1.0  # relative change of an angle above which slow steps are not solved more accurately
-MAX_ANCHORED_STEPS = 30  # largest number of anchored steps, and half the largest number of feasible steps
-MAX_SLOW_STEPS = 9  # largest number of consecutive slow steps
+SLOW_STEP = 0.7  # a step is slow if its change exceeds this share of the smallest change so far
+LEAST_ANCHORED_RTOL = 0.003  # minimum relative residual of conjugate gradients after slow steps
+NEARLY_LINEAR = 1.0  # solve slow steps more accurately if all relative changes of angles are smaller
+MAX_ANCHORED_STEPS = 30  # maximum number of anchored steps, and half the maximum number of feasible steps
+MAX_SLOW_STEPS = 9  # maximum number of consecutive slow steps
 
 # Bounds of the angles
-ANGLE_BOUND = 0.01  # smallest ratio of an angle to its initial value
-BOUND_TOLERANCE = 1 + 1e-6  # tolerance factor: angles up to this multiple of their bound are at the bound
-HELD_WEIGHT = 1e-12  # weight of an angle that is held at its bound, relative to a free angle
+ANGLE_BOUND = 0.01  # lower bound of an angle, relative to its initial value
+BOUND_TOLERANCE = 1 + 1e-6  # an angle up to this multiple of its bound counts as being at the bound
+HELD_WEIGHT = 1e-12  # weight of an angle that is fixed at its bound, relative to a free angle
 
 # Constants of feasible steps
 FEASIBLE_RTOL = 0.01  # relative residual of conjugate gradients in feasible and restoration steps
-LEAST_CURVATURE = 0.2  # smallest curvature along an angle, as a share of the curvature of the objective
-MAX_RESTORING_STEPS = 4  # largest number of updates of the held angles, and of restoration steps, in a step
-NEGLIGIBLE_GAIN = 1e-4  # negligible relative gain of the objective, as a multiple of the tolerance
+LEAST_CURVATURE = 0.2  # minimum curvature along an angle, relative to the curvature of the objective
+MAX_RESTORING_STEPS = 4  # maximum number of updates of the fixed angles, and of restoration steps, per step
+NEGLIGIBLE_GAIN = 1e-4  # negligible relative decrease of the objective, as a multiple of the tolerance
 NEGLIGIBLE_CHANGE = 4.0  # negligible relative change of the angles, as a multiple of the tolerance
-MAX_FEASIBLE_WORK = 2e7  # largest number of triangles times the number of solves and inner steps
+MAX_FEASIBLE_WORK = 2e7  # maximum work: number of triangles times number of solves and inner steps
 ROUNDING = 1e-13  # relative rounding error of the objective
-LEAST_STEP = 1e-7  # shortest step of the line search, relative to the full step
-START_RESIDUAL = 1e-9  # largest residual before the first feasible step
-MAX_START_STEPS = 20  # largest number of steps that reduce the residual to START_RESIDUAL
+LEAST_STEP = 1e-7  # minimum step length of the line search, relative to the full step
+START_RESIDUAL = 1e-9  # maximum residual before the first feasible step
+MAX_START_STEPS = 20  # maximum number of steps to reduce the residual to START_RESIDUAL
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class AbfResult:
     converged : bool
         Whether the relative change of every angle and the residual are within the tolerance.
     held : (3, #F) bool
-        Mask of the angles at their lower bound; all False if the angles have no bounds.
+        Mask of the angles fixed at their lower bound; all False if the angles have no bounds.
     """
 
     state: State
@@ -86,7 +86,7 @@ def converge(state: State, tol: float) -> AbfResult:
 def _iterate_anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
     """Take anchored steps until they converge or become slow.
 
-    With `bounded`, an angle at its bound is held as long as a step would decrease it.
+    With `bounded`, an angle at its bound is fixed as long as a step would decrease the angle.
     """
     start, problem, lin = state, state.problem, state.lin
     kind: Kind = "feasible" if bounded else "anchored"
@@ -152,8 +152,8 @@ def _move_into_bounds(state: State) -> State:
 def converge_feasibly(state: State, tol: float) -> AbfResult:
     """Minimise the objective of `converge` (eq. 1-4) under lower bounds of the angles, by feasible steps.
 
-    This is the fallback if the anchored steps of `converge` do not converge. First, anchored steps are taken
-    that hold the angles that reach their bounds. If these steps do not converge either, feasible steps start
+    This is the fallback if the anchored steps of `converge` do not converge. First, anchored steps are taken,
+    and angles that reach their bounds are fixed. If these steps do not converge either, feasible steps start
     from a converged active set.
 
     The weights of feasible steps include the curvature of the wheel constraints, which is diagonal: |1 /
@@ -217,8 +217,8 @@ def _feasible_direction(
 ) -> tuple[Direction, int, BoolArray]:
     """Compute a descent direction of the objective at feasible angles.
 
-    An angle at its bound is held if the direction would decrease the angle. Also return the number of inner
-    steps and a mask of the held angles.
+    An angle at its bound is fixed if the direction would decrease the angle. Also return the number of inner
+    steps and a mask of the fixed angles.
     """
     anchor, alpha = state.problem.estimate, state.at.alpha
     gradient, inner_steps, lin = _gradient(state), 0, state.lin
@@ -249,7 +249,7 @@ def _line_search(
     problem, start, before = state.problem, state.at, objective(state)
     anchor, alpha = problem.estimate, start.alpha
     slope = 2 * float((_gradient(state) * e).sum())
-    # a residual that is small enough not to hide the change of the objective
+    # a residual whose effect on the objective is smaller than the change of the objective
     exact = max(1e-11, 1e-3 * min(float(np.abs(e / alpha).max()), 1e-3) ** 2)
     while scale >= LEAST_STEP:
         trial = np.maximum(alpha + scale * e, np.minimum(alpha, ANGLE_BOUND * anchor))
@@ -269,7 +269,7 @@ def _line_search(
 def _restore_constraints(state: State, held: BoolArray, exact: float, most: int) -> State:
     """Reduce the residual to at most `exact` by corrections, then by active-set steps if needed."""
     if not held.any():
-        state = correct_conformally(state, exact)  # conformal corrections would change held angles
+        state = correct_conformally(state, exact)  # conformal corrections would change fixed angles
     for _ in range(most):
         if state.at.residual.largest <= exact:
             break

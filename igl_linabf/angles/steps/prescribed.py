@@ -9,8 +9,8 @@ from .constants import CORRECTABLE, CORRECTABLE_PRESCRIBED, ROUGH_RTOL
 from .iterations import State
 from .linearisation import linearise, solve
 
-CLOSED_LOOP_RESIDUAL = 0.3  # edge lengths around holes are meaningful below this residual
-MANY_INNER_STEPS = 30  # the next step computes a new factor after this many inner steps
+CLOSED_LOOP_RESIDUAL = 0.3  # edge lengths around holes are meaningful if the residual is smaller
+MANY_INNER_STEPS = 30  # compute a new factor after a step with at least this many inner steps
 
 
 def iterate_to_prescribed_sums(state: State, rtol: float, tol: float, most: int) -> State:

@@ -7,8 +7,8 @@ import scipy
 
 from ..._types import FloatArray
 
-MOST_WAVES = 32  # largest number of Fourier modes along a loop that are predicted
-SIDES_PER_WAVE = 4  # smallest number of sides per wavelength of a predicted Fourier mode
+MOST_WAVES = 32  # maximum number of predicted Fourier modes along a loop
+SIDES_PER_WAVE = 4  # minimum number of sides per wavelength of a predicted Fourier mode
 
 
 def central_angles(log_ratio: FloatArray) -> FloatArray:
@@ -24,7 +24,7 @@ def central_angles(log_ratio: FloatArray) -> FloatArray:
     side = np.exp(log_length - log_length.max())
     longest = int(np.argmax(side))
     others = np.delete(side, longest)
-    if others.sum() <= 1.0:  # no closed polygon has such sides: angles proportional to the sides
+    if others.sum() <= 1.0:  # no closed polygon has such sides; use angles proportional to the sides
         return np.asarray(2 * np.pi * side / side.sum())
     root = scipy.optimize.brentq
     # a side s subtends the angle 2 arcsin(s x) at the centre, with x = 1 / 2R; the longest side is 1

@@ -1,6 +1,6 @@
 """The constraints on the angles of a mesh with prescribed angle sums (eq. 5, 6, 10), and their residuals.
 
-Around a hole and along a closed path, edges drawn from the angles have to return to their start.
+Around a hole and along a closed path, the edges laid out from the angles have to return to their start.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ class ClosedPath:
 
 @dataclass(frozen=True, eq=False)
 class HolonomyResidual:
-    """Closure gaps: how far loops and closed paths fail to close in the plane (docs/holes.md).
+    """The closure errors of hole loops and closed paths, laid out from the angles (docs/holes.md).
 
-    Before the loop of a hole is drawn, its exterior angles are shifted evenly to sum to -2 pi, and the
+    Before the loop of a hole is laid out, its exterior angles are shifted evenly to sum to -2 pi, and the
     logarithms of its length ratios to sum to 0. The derivative is the mean over all starting vertices, and
     therefore independent of the start.
 
@@ -60,10 +60,10 @@ class HolonomyResidual:
         The *sites* of all loops and paths, and the entry of `gap` to which each contributes. Site v is vertex
         v; the sites after the vertices are the paths.
     q : (#L,) complex128
-        Derivative of the gap with respect to log_ratio + i turning at the site. At a vertex of a hole, it is
+        Derivative of `gap` with respect to log_ratio + i turning at the site. At a vertex of a hole, it is
         the vector from the vertex to the end of the loop, minus its mean over the loop. At a path, it is 1.
     constrained : (#holes + #paths, 2) bool
-        Whether the real and the imaginary part of each gap have to vanish.
+        Whether the real and the imaginary part of each entry of `gap` have to be zero.
     """
 
     gap: ComplexArray
@@ -73,7 +73,7 @@ class HolonomyResidual:
     constrained: BoolArray
 
     def of_paths(self, n: int) -> HolonomyResidual:
-        """Return the residual with constraints on the last `n` gaps only, which belong to paths."""
+        """Return the residual with constraints on the closed paths only: the last `n` entries of `gap`."""
         constrained = self.constrained.copy()
         constrained[: len(constrained) - n] = False
         return replace(self, constrained=constrained)
@@ -86,7 +86,7 @@ def holonomy_residual(
     paths: tuple[ClosedPath, ...] = (),
     fan_sums: ComplexArray | None = None,
 ) -> HolonomyResidual:
-    """Draw the loops of holes, and compare the scale and turning of paths with their targets.
+    """Lay out the loops of holes, and compare the scale and turning of paths with their targets.
 
     Parameters
     ----------
@@ -315,7 +315,7 @@ class Residual:
         At a vertex of a boundary loop with the mesh on its left: the exterior angle, and the logarithm of the
         ratio of the length of the next edge to the length of the previous edge.
     holonomy : HolonomyResidual
-        Gaps of the loops of holes and of the closed paths.
+        Closure errors of the loops of holes and of the closed paths.
     """
 
     vertex: FloatArray
@@ -327,7 +327,7 @@ class Residual:
 
     @cached_property
     def largest(self) -> float:
-        """Largest absolute value of all residuals: radians, logarithms, and relative gaps of holes."""
+        """Largest absolute value of all residuals: radians, logarithms, and closure errors."""
         return max(self.at_vertices, largest_magnitude(np.abs(self.holonomy.gap)))
 
     @cached_property

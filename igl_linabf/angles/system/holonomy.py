@@ -23,15 +23,15 @@ from .schur_columns import Border, NarrowMatrix, SchurColumns, narrow_matrix, so
 class HolonomyRows:
     """The rows T of the holonomy constraints at some angles, on the faces along loops and paths.
 
-    With q as in `HolonomyResidual`, a gap changes by
+    With q as in `HolonomyResidual`, a closure error tau changes by
 
         d tau = sum_v q_v (d log-ratio_v + i d turning_v) = -sum_v q_v (wheel_v + i vertex_v) e,
 
     where wheel_v and vertex_v are the rows of a single vertex of the loop (docs/holes.md), or of all left
     fans of a path. Therefore T^T y combines the vertex rows with coefficients Im(q conj(y)) and the wheel
-    rows with coefficients -Re(q conj(y)). A part of a gap that is not constrained has no row. If vertex_v is
-    also a row of M because its sum is prescribed, it is omitted from T, and its contribution moves to the
-    right-hand side.
+    rows with coefficients -Re(q conj(y)). A part of a closure error that is not constrained has no row. If
+    vertex_v is also a row of M because its sum is prescribed, it is omitted from T, and its contribution
+    moves to the right-hand side.
 
     Attributes
     ----------
@@ -119,7 +119,7 @@ class HolonomyRows:
         return np.column_stack((gap.real, gap.imag)).ravel()[self.drawn.constrained.ravel()]
 
     def times(self, e: FloatArray) -> FloatArray:
-        """Return T e, (#T,), for (3, #F) errors."""
+        """Return T e, (#T,), for angle errors e, (3, #F)."""
         return np.asarray(self.transposed.T @ e[:, self.faces].T.ravel())
 
     def at_sites(self, y: FloatArray) -> FloatArray:

@@ -13,8 +13,8 @@ from ..._types import FloatArray, IntArray, Solve
 from .constraints import HolonomyResidual
 from .patterns import Symmetric
 
-LOOP_CHANGE = 0.1  # columns are reused up to this relative change of the loops
-FEW_COLUMNS = 64  # matrices with more columns are sparse
+LOOP_CHANGE = 0.1  # reuse columns if the relative change of the loops is at most this
+FEW_COLUMNS = 64  # store matrices with more columns as sparse matrices
 
 NarrowMatrix: TypeAlias = "FloatArray | sparse.csr_array"
 
@@ -91,7 +91,7 @@ class SchurColumns:
     schur: FloatArray
 
     def is_reusable(self, drawn: HolonomyResidual) -> bool:
-        """Return True if the loops of the columns are nearly `drawn`, so that the columns can be reused."""
+        """Return True if the loops of the columns are close enough to `drawn` to reuse the columns."""
         q, known = drawn.q, self.drawn
         same = np.array_equal(drawn.constrained, known.constrained)
         return same and float(np.abs(q - known.q).max()) <= LOOP_CHANGE * float(np.abs(q).max())

@@ -68,7 +68,7 @@ class Ears:
         return cls(mesh, rest, vertices, faces, layers, pinned)
 
     def add_to_map(self, rest: ComplexArray) -> ComplexArray:
-        """Return the map of the disk with ears, given the map of the rest, (#rest V,), on a circle.
+        """Return the map of the disk with ears, given the map without ears, (#rest V,), on a circle.
 
         An apex divides the arc so that its two edges have the same length ratio as on the surface. If the arc
         is too flat for double precision, the apex is moved outwards by a few units of rounding.
@@ -97,7 +97,7 @@ class Ears:
         return z
 
     def add_to_angles(self, rest: FloatArray, z: ComplexArray) -> FloatArray:
-        """Return the angles of all faces, (3, #F): of ears in the map `z`, and `rest` for the other faces."""
+        """Combine the angles of the disk without ears, `rest`, with the angles of the ears in the map z."""
         corner, ears = self.whole.topology.corner, np.ones(len(self.whole.double_area), dtype=bool)
         ears[self.faces] = False
         alpha = np.empty(corner.shape)

@@ -28,20 +28,20 @@ from ..constants import BOUNDARY_TOL
 from ..result import StageName, Status
 from .attempts import Problem, Stage, StageResult, StageResults
 
-LARGEST_HOLE_GAP = 0.1  # largest gap of the loop of a hole, relative to its length, after the linear step
+LARGEST_HOLE_GAP = 0.1  # maximum relative closure error of the loop of a hole after the linear step
 STEP_AND_CHORD_RTOL = (
     0.1  # relative residual of the solves for the linear step, its chord step, and steps to circles
 )
 ACTIVE_SET_RTOL = 0.01  # relative residual of the solves for steps of the active set
 CONTINUED_RTOL = 0.03  # relative residual of the solves for steps before conformal corrections
 MAX_ACTIVE_SET_STEPS = 12
-MAX_STEPS_TO_SUMS = 25  # largest number of steps to prescribed angle sums before converged ABF is tried
+MAX_STEPS_TO_SUMS = 25  # maximum number of steps to prescribed angle sums before converged ABF is tried
 
 NO_ABF_MAP = "converged ABF has no map in double precision: this is the map of linear ABF"
 
 
 def add_layout(problem: Problem, made: StageResult, boundary: Boundary | None = None) -> StageResult:
-    """Lay out the angles of a result. `boundary` is the outer loop drawn from these angles, if known."""
+    """Lay out the angles of a result. `boundary` is the outer loop laid out from these angles, or None."""
     mesh, angles, at, lin = problem.mesh, problem.angles, made.state.at, made.state.lin
     cut = problem.own is not angles.constraints
     with time_stage("layout"):
@@ -136,7 +136,7 @@ def continue_active_set(
 
 def reach_prescribed_sums(problem: Problem, earlier: StageResults, rtol: float, tol: float) -> StageResult:
     """Take steps to the angle sums that are prescribed at the boundary."""
-    # the outer loop is always drawn on its circle, but the loops of holes need a smaller residual
+    # the outer loop is always laid out on its circle, but the loops of holes need a smaller residual
     enough = {"circle": max(tol, BOUNDARY_TOL), "circles": tol / 10}.get(problem.shape.name, tol)
     state = iterate_to_prescribed_sums(problem.start, rtol, enough, MAX_STEPS_TO_SUMS).without_factors()
     reached = state.at.residual.largest <= enough
@@ -190,7 +190,7 @@ def fall_back_to_linear(problem: Problem, earlier: StageResults, linear: Stage) 
 def _with_abf_layout(
     problem: Problem, stage: StageName, result: AbfResult, residual_tol: float
 ) -> StageResult:
-    """Lay out the angles of converged ABF, with a remark on held angles."""
+    """Lay out the angles of converged ABF, with a remark on angles fixed at their bounds."""
     held = np.flatnonzero(result.held.any(axis=0))
     remark = f"; some angles of faces {some(held)} are held at a hundredth of their initial value"
     made = StageResult(

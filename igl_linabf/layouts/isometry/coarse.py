@@ -21,9 +21,9 @@ from .newton import Springs, factor_damped, sum_at_vertices
 
 VERTICES_PER_NODE = 40  # vertices per node of the grid, for a map that fills a rectangle
 EMPTY_CELL_STIFFNESS = (
-    1e-2  # stiffness of springs between the nodes of an empty cell, over the mean stiffness of a node
+    1e-2  # stiffness of springs between nodes of an empty cell, relative to the mean stiffness of a node
 )
-FACES_AT_ONCE = 200_000  # triangles that are added to the Hessian together, which bounds the memory
+FACES_AT_ONCE = 200_000  # number of triangles added to the Hessian at once, which bounds the memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class BilinearWeights:
     cell : (#P,) int64
         Number of the lower left node of the cell.
     weights : (4, #P) float64
-        BilinearWeights weights of the lower left, lower right, upper left and upper right node.
+        Bilinear weights of the lower left, lower right, upper left and upper right node.
     """
 
     cell: IntArray

@@ -20,12 +20,12 @@ from ..._core import collapse_lengths, isometric_derivatives, isometric_energy
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Ragged
 
-MIN_HEIGHT_RATIO = 1e-6  # smallest height over longest side of a triangle; largest added share of the area
+MIN_HEIGHT_RATIO = 1e-6  # minimum ratio of height to longest side; maximum relative increase of area
 
 
 @dataclass(frozen=True, eq=False)
 class RestTriangles:
-    """The triangles at rest, with their shapes on the surface.
+    """The triangles with their rest shapes, which are their shapes on the surface.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class RestTriangles:
             MIN_HEIGHT_RATIO * longest - double_area, 2 * MIN_HEIGHT_RATIO * area / faces.repeat(faces.sizes)
         )
         double_area = double_area + np.maximum(room, 0)
-        top = dot.argmin(axis=0)  # opposite to the longest side, whose length has no cancellation
+        top = dot.argmin(axis=0)  # corner opposite to the longest side; this choice avoids cancellation
         left, right = (top + 1) % 3, (top + 2) % 3
         face = np.arange(len(top))
         side = np.sqrt(dot[left, face] + dot[right, face])
@@ -84,5 +84,5 @@ class RestTriangles:
         return isometric_derivatives(self.corner, self.gradient, self.share, z, weight)
 
     def collapse_lengths(self, z: ComplexArray, direction: ComplexArray) -> FloatArray:
-        """Return the step length at which each triangle collapses (|p|^2 = |q|^2), or infinity if never."""
+        """Return, for each triangle, the step length that collapses it (|p|^2 = |q|^2), or infinity."""
         return collapse_lengths(self.corner, self.gradient, z, direction)

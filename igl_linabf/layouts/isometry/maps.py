@@ -16,12 +16,12 @@ from .energy import RestTriangles
 from .newton import STALLED_FALL, HessianModel, Hessians, IsometricEnergy, Springs, minimise_energy
 from .slim import is_upright
 
-UNWEIGHTED_TOL = 0.05  # relative gain at which the weighted energy replaces the unweighted energy
+UNWEIGHTED_TOL = 0.05  # relative tolerance of the unweighted energy, which is reduced first
 STIFFNESSES = 10.0 ** np.arange(0, 11, 2)  # stiffnesses of the springs to the pins; an isometry has energy 1
-MAX_PINNED_STEPS = 40  # largest number of Newton steps for each stiffness
-PINS_MET = 1e-6  # distance at which vertices are moved onto their pins, for a surface of area 1
-MOST_FREE_VERTICES = 1_000_000  # largest map whose vertices move independently, which takes 6 GB
-WEAK_FIT = 0.3  # correlation of the free map and its pins below which the pins determine the size
+MAX_PINNED_STEPS = 40  # maximum number of Newton steps for each stiffness
+PINS_MET = 1e-6  # move vertices onto pins within this distance, for a surface of area 1
+MOST_FREE_VERTICES = 1_000_000  # maximum number of vertices for the full Hessian, which takes 6 GB
+WEAK_FIT = 0.3  # with a smaller correlation of free map and pins, the pins determine the size
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,9 +19,9 @@ STALLED_FALL = 1e-8  # the energy has stalled if a step decreases it by a smalle
 NEGLIGIBLE_FALL = 1e-10  # steps with a smaller predicted relative decrease are skipped
 GROWTH = 1.5  # factor by which steps are lengthened as long as the energy decreases
 DAMPING = 1e-9  # share of the diagonal that is added to the Hessian, which is singular for rigid motions
-SUFFICIENT_DECREASE = 1e-4  # smallest share of the predicted decrease that a step must reach (Armijo's rule)
-MAX_HALVINGS = 40  # largest number of times that a step is halved before it is rejected
-SHORT_OF_COLLAPSE = 0.9  # longest step, as a share of the step at which the first triangle collapses
+SUFFICIENT_DECREASE = 1e-4  # minimum ratio of actual to predicted decrease of the energy (Armijo's rule)
+MAX_HALVINGS = 40  # maximum number of halvings of a step before it is rejected
+SHORT_OF_COLLAPSE = 0.9  # maximum step length, relative to the step that collapses the first triangle
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ def sum_at_vertices(corner: IntArray, by_corner: FloatArray, n: int) -> FloatArr
 
 
 def factor_damped(analysis: Analysis, blocks: FloatArray, diagonal: IntArray) -> Factor:
-    """Factor a Hessian, given by its blocks, whose diagonal is increased until the Hessian is definite."""
+    """Factor a Hessian, given by its blocks; increase its diagonal until it is positive definite."""
     own, damping = blocks[diagonal][:, ::3], DAMPING
     while True:
         own *= 1 + damping

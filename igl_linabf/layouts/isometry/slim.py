@@ -55,10 +55,10 @@ class InjectiveMap:
 def make_injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> InjectiveMap | None:
     """Make a map without flipped triangles from a map with flips.
 
-    First, a valid start is found: wider and wider patches around the flipped triangles are embedded again. If
-    no patch helps, the whole surface is embedded in a circle, which is valid in exact arithmetic. From the
-    start, the SLIM of igl (Rabinovich et al. 2017) reduces the conformal energy sum A (s1^2 + s2^2) / (2 s1
-    s2). The line search of SLIM flips no triangle. The map with the least F/3nt is returned.
+    First, a valid start is found: patches of increasing width around the flipped triangles are embedded
+    again. If no patch helps, the whole surface is embedded in a circle, which is valid in exact arithmetic.
+    From the start, the SLIM of igl (Rabinovich et al. 2017) reduces the conformal energy sum A (s1^2 + s2^2)
+    / (2 s1 s2). The line search of SLIM flips no triangle. The map with the least F/3nt is returned.
 
     `place` moves maps to their final position. Flips are counted after `place`, because rounding can flip
     very small triangles. Returns None if no valid start was found.

@@ -33,11 +33,12 @@ inline double inverse_length(Complex edge) {
 }
 
 // Lay out outer boundary loops from the exterior angles and the logarithms of length ratios at their vertices. Returns
-// the positions of the vertices, starting at 0, and the relative gap of each loop before it was closed.
+// the positions of the vertices, starting at 0, and the closure error of each loop before the correction, relative to
+// its length.
 //
-// The difference of the angle sum from 2 pi is distributed equally over the angles marked in `movable`. The gap is
-// closed by the smallest changes delta of the edge lengths l, which minimize sum delta^2 / l. The minimizer is
-// delta = Re(conj(edge) mu), where mu is the solution of a 2 by 2 system.
+// The difference of the angle sum from 2 pi is distributed equally over the angles marked in `movable`. The edge
+// lengths l are corrected by the smallest changes delta, which minimize sum delta^2 / l. The minimizer is delta =
+// Re(conj(edge) mu), where mu is the solution of a 2 by 2 system.
 inline std::tuple<Array<Complex>, Array<double>> develop_loops(View<const Index> start, View<const double> turning,
                                                                View<const double> log_ratio,
                                                                View<const bool> movable) {
@@ -69,10 +70,10 @@ inline std::tuple<Array<Complex>, Array<double>> develop_loops(View<const Index>
     return {std::move(z), std::move(gaps)};
 }
 
-// Compute the gap of each loop, relative to the length of the loop, and the derivatives of the gap with respect to
-// log_ratio + i turning at each vertex. A derivative is the vector from the vertex to the end of the loop minus the
-// mean of these vectors, averaged over all choices of the start vertex. The loops turn by -2 pi: the difference of the
-// total turning from -2 pi is first distributed equally over the vertices.
+// Compute the closure error of each loop, relative to the length of the loop, and the derivatives of the error with
+// respect to log_ratio + i turning at each vertex. A derivative is the vector from the vertex to the end of the loop,
+// minus the mean of these vectors. It is averaged over all choices of the start vertex. The loops turn by -2 pi: the
+// difference of the total turning from -2 pi is first distributed equally over the vertices.
 inline std::tuple<Array<Complex>, Array<Complex>> loop_gaps(View<const Index> vertex, View<const Index> start,
                                                             View<const double> turning,
                                                             View<const double> log_ratio) {

@@ -67,7 +67,7 @@ inline Array<Complex> normalize_maps(View<const Complex> z, Corners corner, Numb
 using TriangleChanges =
     std::tuple<Grid<double>, Grid<double>, Array<double>, Array<double>, Array<double>, Grid<double>>;
 
-// Measure the change of each triangle by a flat map `uv`: the angles in space; the angles in the map minus those in
+// Measure the distortion of each triangle in a flat map `uv`: the angles in space; the angles in the map minus those in
 // space; twice the signed areas in the map; the larger and the smaller singular value; and the ratios of side lengths.
 inline TriangleChanges triangle_changes(Values V, Values uv, Corners corner, Numbers double_area, Values products) {
     const Index m = corner.columns;

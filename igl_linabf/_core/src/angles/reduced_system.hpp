@@ -4,8 +4,8 @@
 
 namespace angles {
 
-// Return the pair weight w_i w_j / d at corner k, opposite to the corners i and j. The quadratic form y^T P y is the
-// sum of pair weight times (y_i - y_j)^2 over the three pairs of corners.
+// Return the pair weight w_i w_j / d at corner k, opposite to the corners i and j, where d is the sum of the weights w.
+// The quadratic form y^T P y is the sum of pair weight times (y_i - y_j)^2 over the three pairs of corners.
 inline Grid<double> pair_weights(Values w, Numbers d) {
     return tabulate_corners(w.columns, [w = CornerRows(w), d](Index t) {
         const auto [a, b, c] = w[t];

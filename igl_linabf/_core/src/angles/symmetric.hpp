@@ -139,8 +139,8 @@ std::tuple<Array<Index>, Array<Index>, Array<Index>> block_rows(View<const I> in
     return {std::move(start), std::move(column), std::move(place)};
 }
 
-// Return the blocks, (#blocks, 4), of the rows that `block_rows` has selected. `of` is the row of each result. `block`
-// contains the stored blocks, in which diagonal blocks are halved.
+// Return the blocks, (#blocks, 4), of the rows selected by `block_rows`. `of` is the row of each returned block.
+// `block` contains the stored blocks of U; diagonal blocks are halved.
 inline Grid<double> gather_row_blocks(Matrix<const double> block, View<const Index> column, View<const Index> place,
                                       View<const Index> of) {
     Grid<double> result(column.size, 4);

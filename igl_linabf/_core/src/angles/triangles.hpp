@@ -32,7 +32,7 @@ struct CornerRows {
     void set(Index t, Triple v) const { a[t] = v.a, b[t] = v.b, c[t] = v.c; }
 };
 
-// Evaluate at(i) for each index i below n.
+// Return the array of the values at(i) for 0 <= i < n.
 template <class At>
 Array<double> tabulate(Index n, const At& at) {
     Array<double> result(n);
@@ -44,7 +44,7 @@ Array<double> tabulate(Index n, const At& at) {
     return result;
 }
 
-// Evaluate at(t), which returns a value for each corner, for each triangle t below m.
+// Return the array over corners, (3, #F), of the values at(t) for each triangle t.
 template <class At>
 Grid<double> tabulate_corners(Index m, const At& at) {
     Grid<double> result(3, m);
@@ -306,8 +306,8 @@ inline Grid<double> conformal_errors(Corners corner, Values cot, Numbers vertex,
                             [y, cot = CornerRows(cot)](Index t) { return apply_cotangent_matrix(cot[t], y(t)); });
 }
 
-// Scale the angle errors of each triangle down to at most the share `reach` of the step at which an angle vanishes.
-// Also mark the triangles in which the full step would make an angle vanish.
+// Limit the step of each triangle to `reach` times the step length that makes its first angle zero. Also return a mask
+// of the triangles whose full step would make an angle zero or negative.
 inline FlaggedAngles limit_step(Values alpha, Values e, double reach) {
     const Index m = alpha.columns;
     Grid<double> result(3, m);

@@ -36,7 +36,7 @@ class Symbolic {
     friend class Factor;
     Supernodes a;
     TreePartition parts;
-    mutable Array<double> spare;  // memory of a destroyed factor; to allocate it anew takes up to a third of the time
+    mutable Array<double> spare;  // reused memory of a destroyed factor; allocation takes up to 1/3 of the time
     mutable std::mutex spare_mutex;
 
   public:
@@ -73,7 +73,7 @@ class Symbolic {
     }
 
     Index rows() const { return a.n; }
-    Index bytes() const { return Index(sizeof(double)) * a.value_start.back(); }  // of the values of a factor
+    Index bytes() const { return Index(sizeof(double)) * a.value_start.back(); }  // memory of the values of a factor
 };
 
 class Factor {

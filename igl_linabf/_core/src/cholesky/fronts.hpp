@@ -12,8 +12,8 @@ namespace cholesky {
 using FrontIndex = std::uint32_t;  // a position within a front
 
 constexpr Index GROUP_COLUMNS = 4;    // columns that are eliminated together
-constexpr Index PANEL_COLUMNS = 64;   // columns that are eliminated before the rest of the front is updated
-constexpr Index TASK_COLUMNS = 128;  // columns of a front per task
+constexpr Index PANEL_COLUMNS = 64;   // columns that are eliminated before the later columns are updated
+constexpr Index TASK_COLUMNS = 128;  // number of columns of a front per parallel task
 
 // Return the number of rows of an update matrix, rounded up to a multiple of GROUP_COLUMNS.
 inline Index pad_rows(Index rows) { return (rows + GROUP_COLUMNS - 1) & -GROUP_COLUMNS; }
@@ -143,7 +143,7 @@ inline Index factor_front(double* L, Index width, Index size, double* U, Index r
     return -1;
 }
 
-// Return how many of the n rows of a child's update matrix are among the `width` columns that its parent eliminates.
+// Count the first of the n rows of a child's update matrix that belong to the `width` columns eliminated in its parent.
 inline Index count_eliminated_rows(const FrontIndex* to, Index n, Index width) {
     return std::find_if(to, to + n, [=](FrontIndex row) { return row >= width; }) - to;
 }
@@ -182,7 +182,7 @@ inline void extend_add(const double* left, const FrontIndex* to, Index n, double
     }
 }
 
-// Extend-add the update matrix of a leaf of the elimination tree that has only one or two columns, `wide`. The update
+// Extend-add the update matrix of a leaf of the elimination tree with only one or two columns, `wide`. The update
 // matrix is not stored, but computed from the columns.
 inline void extend_add_leaf(const double* own, Index wide, const FrontIndex* to, Index n, double* L, Index width,
                             Index size, double* U, Index rest) {

@@ -9,7 +9,7 @@
 
 namespace cholesky {
 
-constexpr double DENSE_FACTOR = 10.0;  // rows of a degree above this times sqrt(n) are ordered last
+constexpr double DENSE_FACTOR = 10.0;  // rows with a degree above DENSE_FACTOR * sqrt(n) are ordered last
 
 template <class I>
 class MinimumDegree {
@@ -61,8 +61,8 @@ class MinimumDegree {
         after[last] = next, before[next] = last;
     }
 
-    // Set mark[e] - flag to the size of each older element e without the variables of the new element, which are
-    // lists[place .. at - 1] and have negative weights.
+    // Set mark[e] to flag plus the number of variables of the older element e outside the new element. The new element
+    // consists of the variables lists[place .. at - 1], whose weights are negative.
     void scan_elements(Int place, Int at) {
         for (Int p = place; p < at; ++p) {
             const auto i = lists[p];
@@ -217,7 +217,7 @@ class MinimumDegree {
                 first_alike[code] = i;
             }
             degree[me] = total;
-            flag += n;  // now exceeds all marks
+            flag += n;  // larger than all marks
             for (Int p = place; p < at; ++p)
                 if (const auto i = lists[p]; weight[i] != 0) {
                     const auto chain = first_alike[key[i]];
@@ -240,7 +240,7 @@ class MinimumDegree {
         }
         auto result = postorder();
         if (!some_left) return result;
-        parent = elimination_tree(transpose(permute(indptr, indices, result)));  // with the dense rows
+        parent = elimination_tree(transpose(permute(indptr, indices, result)));  // include the dense rows
         std::fill(follower.begin(), follower.end(), -1);
         std::fill(pivot.begin(), pivot.end(), true);
         auto place = postorder();

@@ -1,23 +1,23 @@
 // Multifrontal Cholesky factorization by supernodes (Duff, Reid 1983; Liu 1992).
 //
 // The front of a supernode is a dense matrix, assembled from the columns of A in the supernode and from the update
-// matrices of its children in the elimination tree. After the columns of the supernode have been eliminated, the rest
-// of the front is the update matrix for its parent.
+// matrices of its children in the elimination tree. After the columns of the supernode have been eliminated, the
+// remaining rows and columns of the front form the update matrix, which is added to the front of the parent.
 #pragma once
 #include "supernodes.hpp"
 
 namespace cholesky {
 
-constexpr double SHARED_FRONT_WORK = 1e8;  // number of operations from which threads share the work on a front
-constexpr Index THIN_COLUMNS = 2;          // largest number of columns of a leaf that does not store its update matrix
+constexpr double SHARED_FRONT_WORK = 1e8;  // minimum number of operations on a front that threads share
+constexpr Index THIN_COLUMNS = 2;          // maximum number of columns of a leaf without a stored update matrix
 
 // Return true if the update matrix of this supernode is computed in its parent's front instead of being stored.
 inline bool is_thin_leaf(const Supernodes& a, Index s) { return a.children[s] == 0 && a.width(s) <= THIN_COLUMNS; }
 
 // The sizes of the work space for a set of supernodes.
 struct WorkSpace {
-    Index front = 0, rest = 0;  // largest number of entries in the columns to eliminate, and in an update matrix
-    Index stack = 0;            // largest number of entries of update matrices stored at the same time
+    Index front = 0, rest = 0;  // maximum number of entries in the columns to eliminate, and in an update matrix
+    Index stack = 0;            // maximum number of entries of update matrices stored at the same time
 };
 
 inline WorkSpace measure_workspace(const Supernodes& a, const TreePartition& parts, const std::vector<Index>& which,

@@ -10,8 +10,8 @@
 
 namespace cholesky {
 
-// Relaxed supernodes: largest share of explicit zeros in a supernode of up to SMALL_COLUMNS, up to MEDIUM_COLUMNS, and
-// more columns.
+// Relaxed supernodes: maximum share of explicit zeros in a supernode with up to SMALL_COLUMNS columns, with up to
+// MEDIUM_COLUMNS columns, and with more columns.
 constexpr Index SMALL_COLUMNS = 16, MEDIUM_COLUMNS = 48;
 constexpr double MAX_ZEROS_SMALL = 0.5, MAX_ZEROS_MEDIUM = 0.1, MAX_ZEROS_LARGE = 0.05;
 
@@ -39,7 +39,7 @@ inline std::vector<Index> column_counts(const ColumnPattern& a, const std::vecto
     std::vector<RowIndex> first(n, -1), last_first(n, -1), last_leaf(n, -1), ancestor(n);
     std::iota(ancestor.begin(), ancestor.end(), 0);
     for (RowIndex k = 0; k < n; ++k) {
-        count[k] = first[k] < 0;  // 1 at leaves
+        count[k] = first[k] < 0;  // 1 if column k is a leaf
         for (RowIndex j = k; j >= 0 && first[j] < 0; j = parent[j]) first[j] = k;
     }
     for (RowIndex j = 0; j < n; ++j) {
@@ -47,8 +47,7 @@ inline std::vector<Index> column_counts(const ColumnPattern& a, const std::vecto
         for (Index q = a.begin[j]; q < a.begin[j + 1]; ++q) {
             const RowIndex i = a.row[q];
             if (i == j || first[j] <= last_first[i]) continue;
-            // j is a leaf of the row subtree of i: its path up the tree is new only as far as the least common ancestor
-            // with the previous leaf
+            // j is a leaf of the row subtree of i; its path is new up to the least common ancestor with the last leaf
             last_first[i] = first[j];
             RowIndex leaf = last_leaf[i];
             last_leaf[i] = j;
@@ -167,8 +166,8 @@ Supernodes analyse_supernodes(View<const I> indptr, View<const I> indices, std::
     return a;
 }
 
-constexpr Index PARALLEL_ROWS = 20'000;  // smallest matrix that is factored in parallel
-constexpr double MAX_SUBTREE_SHARE = 0.15, MIN_SUBTREE_SHARE = 0.005;  // share of the work in a subtree
+constexpr Index PARALLEL_ROWS = 20'000;  // minimum number of rows of a matrix that is factored in parallel
+constexpr double MAX_SUBTREE_SHARE = 0.15, MIN_SUBTREE_SHARE = 0.005;  // work in a subtree, relative to all work
 
 // A partition of the elimination tree into subtrees, which threads process in parallel, and supernodes above them.
 struct TreePartition {

@@ -51,7 +51,7 @@ struct Edges {
 };
 
 // Find the edges of triangles, sorted by their lower and higher ends. Half-edge k m + t is opposite to corner k of
-// triangle t. The edges are sound if none has more than two half-edges, or two half-edges of the same direction.
+// triangle t. The edges are sound if no edge has more than two half-edges or two half-edges of the same direction.
 inline Edges find_edges(Matrix<const Index> corner, Index n) {
     const Index m = corner.columns;
     // for each lower end, pairs of the higher end and 2 h, or 2 h + 1 if half-edge h starts at the higher end

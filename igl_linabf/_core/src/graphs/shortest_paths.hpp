@@ -244,7 +244,7 @@ inline std::vector<Index> choose_excursions(const std::vector<double>& found) {
 // Find the shortest closed walk from a node that crosses each of several curves an odd number of times. The bits of
 // `flip` are the curves that an edge crosses. The search runs in copies of the graph, one for each combination of
 // parities. The walk consists of excursions, which pass the start only at their ends. Two paths from the start to the
-// same node form an excursion. All excursions shorter than twice the smallest distance of an open node are known.
+// same node form an excursion. All excursions shorter than twice the smallest distance of an open node have been found.
 inline std::vector<Index> shortest_odd_walk(View<const Index> indptr, View<const Index> indices,
                                             View<const double> length, View<const Index> flip, Index start,
                                             Index copies) {

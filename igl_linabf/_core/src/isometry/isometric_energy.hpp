@@ -136,15 +136,15 @@ inline Grid<double> sum_outer_products(Values rows, Corners own, Corners across,
     return result;
 }
 
-// Return the step length along `direction` at which each triangle collapses (|p|^2 = |q|^2), or infinity if the
-// triangle never collapses.
+// Return, for each triangle, the step length along `direction` that collapses the triangle (|p|^2 = |q|^2), or infinity
+// if no step collapses it.
 inline Array<double> collapse_lengths(Corners corner, Gradients gradient, Map z, Map direction) {
     const WirtingerDerivatives at(corner, gradient, z), change(corner, gradient, direction);
     return angles::tabulate(corner.columns, [at, change](Index t) {
         const auto [p, q] = at[t];
         const auto [dp, dq] = change[t];
         const double a = squared(dp) - squared(dq), b = dot(p, dp) - dot(q, dq), c = squared(p) - squared(q);
-        const double sum = -(b + std::copysign(std::sqrt(b * b - a * c), b));  // without cancellation
+        const double sum = -(b + std::copysign(std::sqrt(b * b - a * c), b));  // avoids cancellation
         const double one = sum / a, other = c / sum;
         const double least = one > 0 ? one : INFINITY;  // NaN, if there is no real root, becomes infinity
         return other > 0 && other < least ? other : least;

@@ -9,7 +9,7 @@ namespace overlaps {
 // Return the area of the intersection of the triangles a and b, by clipping b at each side of a (Sutherland and Hodgman
 // 1974). Coordinates are relative to the first corner of a.
 inline double common_area(const Complex* a, const Complex* b) {
-    constexpr int MAX_CORNERS = 6;  // largest number of corners of the intersection of two triangles
+    constexpr int MAX_CORNERS = 6;  // maximum number of corners of the intersection of two triangles
     std::array<Complex, MAX_CORNERS + 1> part{b[0] - a[0], b[1] - a[0], b[2] - a[0]}, clipped;
     const Complex corner[3] = {{0, 0}, a[1] - a[0], a[2] - a[0]};
     const double turn = cross(corner[1], corner[2]) < 0 ? -1 : 1;

@@ -6,7 +6,7 @@
 
 namespace overlaps {
 
-constexpr double GROWTH_SHARE = 0.8;  // sheets grow over this share of the pairs before they would meet
+constexpr double GROWTH_SHARE = 0.8;  // two sheets stop growing after this share of the pairs before they meet
 
 struct Sheets {
     std::vector<Index> faces, start{0};

@@ -7,7 +7,7 @@
 namespace overlaps {
 
 constexpr Index LEAF_SIZE = 8;                    // triangles per leaf of the bounding volume hierarchy
-constexpr double LAST_CELL = double(0x7fffffff);  // largest cell coordinate in the grid of the Morton curve
+constexpr double LAST_CELL = double(0x7fffffff);  // maximum cell coordinate in the grid of the Morton curve
 
 // Insert a 0 before each of 32 bits, for the Morton code.
 inline std::uint64_t spread_bits(std::uint64_t bits) {

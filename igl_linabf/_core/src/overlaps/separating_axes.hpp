@@ -6,7 +6,7 @@
 
 namespace overlaps {
 
-constexpr double MIN_DEPTH = 1e-6;  // smallest depth of an overlap, relative to the height of the smaller triangle
+constexpr double MIN_DEPTH = 1e-6;  // minimum depth of an overlap, relative to the height of the smaller triangle
 constexpr double ROUNDING = 16 * std::numeric_limits<double>::epsilon();  // relative rounding error of a corner
 constexpr double NEVER_OVERLAPS = -1;  // depth of a triangle that is excluded from overlap tests
 

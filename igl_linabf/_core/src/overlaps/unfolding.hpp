@@ -8,11 +8,11 @@
 namespace overlaps {
 
 constexpr double DEPTH = 0.5e-6;        // tolerated depth of an overlap, relative to the height of the smaller triangle
-constexpr double OVERLONG_WEIGHT = 15;  // weight of the page area that a chart wastes if it is too long
-constexpr int EXTENT_DIRECTIONS = 24;               // number of directions in which the extent of a chart is measured
-constexpr Index MAX_GRID_SIDE = 128;    // largest number of cells along a side of a grid
-constexpr double CELL_MARGIN = 1e-6;    // margin for rounding errors, relative to a cell
-constexpr double MIN_EXTENT = 1e-300;   // smallest width or height, to avoid divisions by zero
+constexpr double OVERLONG_WEIGHT = 15;  // weight of the page area that an overlong chart wastes
+constexpr int EXTENT_DIRECTIONS = 24;               // number of directions for measuring the extent of a chart
+constexpr Index MAX_GRID_SIDE = 128;    // maximum number of cells along one side of a grid
+constexpr double CELL_MARGIN = 1e-6;    // margin for rounding errors, relative to the cell size
+constexpr double MIN_EXTENT = 1e-300;   // minimum width or height, to avoid divisions by zero
 
 // A rigid motion z -> turn z + shift, where |turn| = 1.
 struct Motion {
@@ -41,7 +41,7 @@ struct Motion {
 
 // The extent of a chart in each of EXTENT_DIRECTIONS directions.
 struct ChartExtent {
-    std::array<double, EXTENT_DIRECTIONS / 2> along, back;  // in each direction, and in its opposite
+    std::array<double, EXTENT_DIRECTIONS / 2> along, back;  // extents in each direction and in the opposite direction
 
     ChartExtent() { along.fill(-INFINITY), back = along; }
 
@@ -166,7 +166,7 @@ class Regions {
     }
 };
 
-// A hinge at which two regions a and b may be joined. `motion` maps the frame of b to that of a. The charts are joined
+// A hinge that may join two regions a and b. `motion` maps the frame of b to that of a. The charts are joined
 // if the area of the rectangle around both charts exceeds the total area of the rectangles around each chart by at most
 // `worth`. `page` is the area of a page.
 struct Hinge {

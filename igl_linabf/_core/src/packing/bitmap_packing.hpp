@@ -1,7 +1,7 @@
 // Greedy placement of the masks of charts on pages, on a grid of cells.
 //
-// Each mask goes to the first page with enough free space, and there to the free position at which the bounding square
-// of all masks grows least.
+// Each mask goes to the first page with enough free space, and there to the free position that enlarges the bounding
+// square of all masks least.
 //
 // Cells are bits in words of 64. `page | page >> 1` has a bit where one of two adjacent cells is occupied; with a shift
 // of 2, this gives the bits of four cells, and so on. Therefore, two lookups suffice for a run of any length. Several
@@ -13,7 +13,7 @@
 
 namespace packing {
 
-constexpr Index ROWS_AT_ONCE = 16;  // rows that are tested together
+constexpr Index ROWS_AT_ONCE = 16;  // number of rows of a page that are tested together
 
 // The masks of a chart: `first` to `after` - 1.
 struct Span {
@@ -34,8 +34,8 @@ struct Run {
     Index at, column, more, row;
 };
 
-// The cells of a page: `levels` times `words` columns of `high` words, one word for each row. Level j has a bit where
-// one of the 2^j cells from there on is occupied. The last words of a row are always free.
+// The cells of a page: `levels` times `words` columns of `high` words, one word for each row. A bit of level j is set
+// if one of the 2^j cells that start at this bit is occupied. The last words of a row are always free.
 struct Page {
     Index words, high, levels;
     std::vector<Word> busy;
@@ -45,13 +45,13 @@ struct Page {
         : words(side / WORD_BITS + 2), high(side + ROWS_AT_ONCE), levels(levels), busy(levels * words * high) {}
 };
 
-// Columns of a word, one per bit: those with a collision in every row, and those with a new collision in some row.
+// Bit masks of columns: columns with a collision in every row, and columns with a new collision in some row.
 struct Collisions {
     Word every, fresh;
 };
 
-// Set the bits of `met`, one word for each row, at which a run collides with occupied cells. Each bit is a column to
-// which the mask may be shifted.
+// Set the bits of `met`, one word for each row, if a run collides with occupied cells. Each bit stands for a mask that
+// is shifted to another column.
 inline Collisions find_collisions(const Page& page, Index at, Index column, Index more, Word* __restrict met) {
     const Index behind = column + more;
     const Word* const one = page.busy.data() + at + column / WORD_BITS * page.high;
@@ -71,8 +71,9 @@ inline Collisions find_collisions(const Page& page, Index at, Index column, Inde
     return {every, fresh};
 }
 
-// Fill `free`, for `number` rows from y on, with the first column up to `last` at which a mask does not collide, or -1.
-// Returns true if any row has a free column. Runs that collided are moved to the front.
+// For `number` rows from y on, store in `free` the first column where a mask can be placed without a collision. The
+// column is -1 if the mask collides in every column up to `last`. Returns true if any row has a free column. Runs that
+// collided are moved to the front.
 inline bool find_first_free(const Page& page, View<Run> runs, Index y, Index number, Index last, Index* free) {
     bool found = false;
     std::fill_n(free, ROWS_AT_ONCE, -1);

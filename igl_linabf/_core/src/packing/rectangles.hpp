@@ -7,9 +7,9 @@
 namespace packing {
 
 constexpr double EQUAL_AREA_FACTOR = 1 + 1e-12;  // areas within this factor count as equal
-constexpr double COLLINEAR_SHARE = 1e-14;        // relative area below which three points are collinear
+constexpr double COLLINEAR_SHARE = 1e-14;        // three points with a smaller relative area count as collinear
 
-constexpr std::size_t HULL_DIRECTIONS = 16;  // number of directions in which the extreme points are found
+constexpr std::size_t HULL_DIRECTIONS = 16;  // number of directions for finding extreme points
 
 struct Directions {
     std::array<double, HULL_DIRECTIONS> x, y;
