@@ -23,8 +23,8 @@ constexpr double PI = 3.14159265358979323846;
 #define INDEPENDENT __pragma(loop(ivdep))
 #endif
 
-// SIMD vectorizes a short loop as a whole instead of unrolling it. SUMS_OF vectorizes a loop that adds to the given
-// variables, which changes the order of the additions.
+// SIMD vectorizes a short loop as a whole instead of unrolling it.
+// SUMS_OF vectorizes a loop that adds to the given variables, which changes the order of the additions.
 #define PRAGMA(text) _Pragma(#text)
 #if defined(__clang__) || defined(__GNUC__)
 #define SIMD PRAGMA(omp simd)
@@ -138,8 +138,8 @@ Array<T> full(Index size, T value) {
     return result;
 }
 
-// A complex number or a point in the plane, with the memory layout of std::complex. It replaces std::complex, because
-// some compilers do not keep a std::complex in registers.
+// A complex number or a point in the plane, with the memory layout of std::complex.
+// It replaces std::complex, because some compilers do not keep a std::complex in registers.
 struct Complex {
     double x, y;
 };

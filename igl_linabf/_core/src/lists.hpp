@@ -12,8 +12,8 @@ struct Lists {
     View<Index> operator[](Index v) const { return items.view().part(begin[v], begin[v + 1]); }
 };
 
-// Build the lists of n nodes. `visit` is called twice, with a function `put`; each time, it must call put(node, item)
-// for each item.
+// Build the lists of n nodes.
+// `visit` is called twice, with a function `put`; each time, it must call put(node, item) for each item.
 template <class Visit>
 Lists build_lists(Index n, const Visit& visit) {
     Lists result{std::vector<Index>(n + 2), {}};

@@ -1,5 +1,6 @@
-// Conversion between views and NumPy arrays. Arguments are not copied, and results own their memory. This is the only
-// header that depends on Python.
+// Conversion between views and NumPy arrays.
+// Arguments are not copied, and results own their memory.
+// This is the only header that depends on Python.
 #pragma once
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
@@ -17,8 +18,8 @@
 namespace nb = nanobind;
 using namespace nb::literals;
 
-// The element type of the NumPy array for a view of T. It is T itself if T is a number; a struct becomes a row of
-// indices.
+// The element type of the NumPy array for a view of T.
+// It is T itself if T is a number; a struct becomes a row of indices.
 template <class T>
 struct Items {
     using Scalar = std::conditional_t<std::is_arithmetic_v<T>, T, Index>;
@@ -40,8 +41,8 @@ using Scalar = typename Items<T>::Scalar;
 template <class T>
 constexpr std::size_t SCALARS_PER_ITEM = sizeof(T) / sizeof(Scalar<T>);
 
-// The type of array arguments. nanobind copies an array that has another type or layout. Therefore, output arguments
-// need .noconvert().
+// The type of array arguments. nanobind copies an array that has another type or layout.
+// Therefore, output arguments need .noconvert().
 template <class T, class Shape>
 using InputArray = nb::ndarray<Scalar<T>, Shape, nb::c_contig, nb::device::cpu>;
 

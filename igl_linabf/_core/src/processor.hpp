@@ -11,8 +11,8 @@
 #include <intrin.h>
 #endif
 
-// Return true if this processor and the operating system support x86-64-v3 (System V ABI, AMD64 supplement, 3.1.1). All
-// features are tested, because hypervisors may mask any feature.
+// Return true if this processor and the operating system support x86-64-v3 (System V ABI, AMD64 supplement, 3.1.1).
+// All features are tested, because hypervisors may mask any feature.
 inline bool has_v3() {
 #if defined(KNOWS_X86_64_V3)
     return __builtin_cpu_supports("x86-64-v3");

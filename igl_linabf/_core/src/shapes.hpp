@@ -1,9 +1,10 @@
 // Rules for the shapes of the arguments of a bound function.
 //
-// A rule such as "3,m n+1 2n m" lists the arguments in order: a matrix with three rows, and three arrays. A length is a
-// constant, or a multiple of a letter plus a constant. A letter has the same value in all arguments; the first argument
-// with this letter determines the value. An integer argument is a letter, which must not be negative, or "<n" for an
-// index below n. "*" is any length, any integer, or an argument of another type.
+// A rule such as "3,m n+1 2n m" lists the arguments in order: a matrix with three rows, and three arrays.
+// A length is a constant, or a multiple of a letter plus a constant.
+// A letter has the same value in all arguments; the first argument with this letter determines the value.
+// An integer argument is a letter, which must not be negative, or "<n" for an index below n. "*" is any length,
+// any integer, or an argument of another type.
 #pragma once
 #include <initializer_list>
 #include <sstream>

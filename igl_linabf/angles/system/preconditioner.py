@@ -14,9 +14,7 @@ from .holonomy import HolonomyConstraints
 from .patterns import RowSubset, Symmetric, with_identity
 from .reduced_system import System
 
-MIN_SLIVER_RATIO = (
-    10.0  # minimum eigenvalue ratio of P_t and s_t K_t if triangle t is a sliver
-)
+MIN_SLIVER_RATIO = 10.0  # minimum eigenvalue ratio of P_t and s_t K_t if triangle t is a sliver
 MIN_SLIVER_RATIO_OF_SMALL_SYSTEM = (
     1000.0  # value of MIN_SLIVER_RATIO in small systems, where inner steps are cheap
 )

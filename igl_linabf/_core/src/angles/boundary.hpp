@@ -6,8 +6,9 @@ namespace angles {
 
 // Compute the edges of a loop of n vertices, divided by their total length. Edge k starts at vertex k.
 //
-// The logarithm of the length increases by log_ratio(k) minus the mean of log_ratio, so that the loop begins and ends
-// with the same scale. The direction turns by turning(k).
+// The logarithm of the length increases by log_ratio(k) minus the mean of log_ratio,
+// so that the loop begins and ends with the same scale.
+// The direction turns by turning(k).
 template <class Ratio, class Turning>
 void develop_loop(Index n, const Ratio& log_ratio, const Turning& turning, Complex* edge) {
     double mean = 0, at = 0, largest = -INFINITY, total = 0;
@@ -32,13 +33,13 @@ inline double inverse_length(Complex edge) {
     return length > 0 ? 1 / length : 0;
 }
 
-// Lay out outer boundary loops from the exterior angles and the logarithms of length ratios at their vertices. Returns
-// the positions of the vertices, starting at 0, and the closure error of each loop before the correction, relative to
-// its length.
+// Lay out outer boundary loops from the exterior angles and the logarithms of length ratios at their vertices.
+// Returns the positions of the vertices, starting at 0,
+// and the closure error of each loop before the correction, relative to its length.
 //
-// The difference of the angle sum from 2 pi is distributed equally over the angles marked in `movable`. The edge
-// lengths l are corrected by the smallest changes delta, which minimize sum delta^2 / l. The minimizer is delta =
-// Re(conj(edge) mu), where mu is the solution of a 2 by 2 system.
+// The difference of the angle sum from 2 pi is distributed equally over the angles marked in `movable`.
+// The edge lengths l are corrected by the smallest changes delta, which minimize sum delta^2 / l.
+// The minimizer is delta = Re(conj(edge) mu), where mu is the solution of a 2 by 2 system.
 inline std::tuple<Array<Complex>, Array<double>> develop_loops(View<const Index> start, View<const double> turning,
                                                                View<const double> log_ratio,
                                                                View<const bool> movable) {
@@ -70,10 +71,12 @@ inline std::tuple<Array<Complex>, Array<double>> develop_loops(View<const Index>
     return {std::move(z), std::move(gaps)};
 }
 
-// Compute the closure error of each loop, relative to the length of the loop, and the derivatives of the error with
-// respect to log_ratio + i turning at each vertex. A derivative is the vector from the vertex to the end of the loop,
-// minus the mean of these vectors. It is averaged over all choices of the start vertex. The loops turn by -2 pi: the
-// difference of the total turning from -2 pi is first distributed equally over the vertices.
+// Compute the closure error of each loop, relative to the length of the loop,
+// and the derivatives of the error with respect to log_ratio + i turning at each vertex.
+// A derivative is the vector from the vertex to the end of the loop, minus the mean of these vectors.
+// It is averaged over all choices of the start vertex.
+// The loops turn by -2 pi: the difference of the total turning
+// from -2 pi is first distributed equally over the vertices.
 inline std::tuple<Array<Complex>, Array<Complex>> loop_gaps(View<const Index> vertex, View<const Index> start,
                                                             View<const double> turning,
                                                             View<const double> log_ratio) {

@@ -19,13 +19,15 @@ inline Array<double> signed_double_areas(View<const Complex> z, Corners corner) 
     });
 }
 
-// Scale each of several concatenated maps to a given area, move its centroid to 0, and rotate its principal axes to x
-// and y.
+// Scale each of several concatenated maps to a given area, move its centroid to 0,
+// and rotate its principal axes to x and y.
 //
-// `double_area` is twice the area of each face in the map. Map i has the vertices vertex_start[i] to
-// vertex_start[i + 1] - 1 and the faces face_start[i] to face_start[i + 1] - 1. The longer principal axis becomes the x
-// axis, in the direction for which the third moment is positive. The axes and the direction of symmetric maps would
-// depend on rounding; they are chosen by a rule that is robust to rounding.
+// `double_area` is twice the area of each face in the map.
+// Map i has the vertices vertex_start[i] to vertex_start[i + 1] - 1 and the faces face_start[i]
+// to face_start[i + 1] - 1.
+// The longer principal axis becomes the x axis, in the direction for which the third moment is positive.
+// The axes and the direction of symmetric maps would depend on rounding;
+// they are chosen by a rule that is robust to rounding.
 inline Array<Complex> normalize_maps(View<const Complex> z, Corners corner, Numbers double_area, Numbers area,
                                      View<const Index> vertex_start, View<const Index> face_start) {
     Array<Complex> result(z.size);
@@ -67,8 +69,9 @@ inline Array<Complex> normalize_maps(View<const Complex> z, Corners corner, Numb
 using TriangleChanges =
     std::tuple<Grid<double>, Grid<double>, Array<double>, Array<double>, Array<double>, Grid<double>>;
 
-// Measure the distortion of each triangle in a flat map `uv`: the angles in space; the angles in the map minus those in
-// space; twice the signed areas in the map; the larger and the smaller singular value; and the ratios of side lengths.
+// Measure the distortion of each triangle in a flat map `uv`: the angles in space;
+// the angles in the map minus those in space; twice the signed areas in the map;
+// the larger and the smaller singular value; and the ratios of side lengths.
 inline TriangleChanges triangle_changes(Values V, Values uv, Corners corner, Numbers double_area, Values products) {
     const Index m = corner.columns;
     Grid<double> angle(3, m), more(3, m), sides(3, m);

@@ -23,8 +23,9 @@ inline Grid<double> conformal_weights(Values w, Numbers d, Values cot) {
     });
 }
 
-// Return rho + 1 / rho of each triangle, where rho is the eigenvalue ratio of P and s K. On the plane sum e = 0, the
-// product with the pseudoinverse K+ has tr(K+ P) = (tr K tr P - tr K P) / (3/4) and det(K+ P) = 4 w0 w1 w2 / d.
+// Return rho + 1 / rho of each triangle, where rho is the eigenvalue ratio of P and s K.
+// On the plane sum e = 0, the product with the pseudoinverse K+ has tr(K+ P) = (tr K tr P - tr K P) / (3/4)
+// and det(K+ P) = 4 w0 w1 w2 / d.
 inline Array<double> eigenvalue_disparity(Values w, Numbers d, Values cot) {
     return tabulate(d.size, [w = CornerRows(w), d, cot = CornerRows(cot)](Index t) {
         const auto [a, b, c] = w[t];
@@ -37,8 +38,8 @@ inline Array<double> eigenvalue_disparity(Values w, Numbers d, Values cot) {
     });
 }
 
-// Return the sum of the values, (3, #F), of the half-edges `sides`, (2, #E), of each edge. The second half-edge of a
-// boundary edge is -1.
+// Return the sum of the values, (3, #F), of the half-edges `sides`, (2, #E), of each edge.
+// The second half-edge of a boundary edge is -1.
 inline Array<double> edge_sums(Values values, Matrix<const Index> sides) {
     const double* value = values.data;
     return tabulate(sides.columns, [value, one = sides[0], other = sides[1]](Index e) {
@@ -46,8 +47,9 @@ inline Array<double> edge_sums(Values values, Matrix<const Index> sides) {
     });
 }
 
-// Return the entries of the upper triangle of a Laplacian in CSR. `ends`, (2, #E), are the rows of the end vertices of
-// each edge, or -1 for fixed vertices. `slot` is the position of the entry of each edge.
+// Return the entries of the upper triangle of a Laplacian in CSR.
+// `ends`, (2, #E), are the rows of the end vertices of each edge, or -1 for fixed vertices.
+// `slot` is the position of the entry of each edge.
 template <class I>
 Array<double> laplacian_entries(View<const I> indptr, View<const Index> slot, Matrix<const Index> ends,
                                 Numbers weight) {
@@ -62,8 +64,8 @@ Array<double> laplacian_entries(View<const I> indptr, View<const Index> slot, Ma
     return result;
 }
 
-// Return the contribution of fixed vertices to L x, (n, 2). In each row, it is the sum of weight times z over the edges
-// to fixed vertices; z must be zero at all other vertices.
+// Return the contribution of fixed vertices to L x, (n, 2).
+// In each row, it is the sum of weight times z over the edges to fixed vertices; z must be zero at all other vertices.
 inline Grid<double> fixed_vertex_terms(Matrix<const Index> ends, Matrix<const Index> edges, Numbers weight,
                                        View<const Complex> z, Index n) {
     Grid<double> result = zeros<Grid<double>>(n, 2);
@@ -77,8 +79,8 @@ inline Grid<double> fixed_vertex_terms(Matrix<const Index> ends, Matrix<const In
     return result;
 }
 
-// A 2 by 2 block of the reduced system, with the entries (vertex, vertex), (vertex, wheel), (wheel, vertex) and
-// (wheel, wheel).
+// A 2 by 2 block of the reduced system, with the entries (vertex, vertex), (vertex, wheel),
+// (wheel, vertex) and (wheel, wheel).
 struct SystemBlock {
     double vv = 0, vw = 0, wv = 0, ww = 0;
 
@@ -112,10 +114,11 @@ struct TriangleBlocks {
     }
 };
 
-// Return the blocks of the reduced system, (#blocks, 4), in the CSR pattern of its upper triangle. Diagonal blocks are
-// halved. From row `wheels` on, wheel rows are replaced by rows of the identity. `ends` and `sides` are the rows and
-// the half-edges of each edge. `row` is the row of each vertex; several vertices, such as those of a hole, may share a
-// row.
+// Return the blocks of the reduced system, (#blocks, 4), in the CSR pattern of its upper triangle.
+// Diagonal blocks are halved.
+// From row `wheels` on, wheel rows are replaced by rows of the identity.
+// `ends` and `sides` are the rows and the half-edges of each edge.
+// `row` is the row of each vertex; several vertices, such as those of a hole, may share a row.
 template <class I>
 Grid<double> system_blocks(View<const I> indptr, View<const I> indices, View<const Index> slot,
                            Matrix<const Index> ends, Matrix<const Index> sides, Corners corner,

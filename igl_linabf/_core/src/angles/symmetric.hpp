@@ -1,5 +1,5 @@
-// Steps of conjugate gradients for independent blocks, products with symmetric matrices stored as one triangle, and
-// access to rows of matrices of 2 by 2 blocks.
+// Steps of conjugate gradients for independent blocks, products with symmetric matrices stored as one triangle,
+// and access to rows of matrices of 2 by 2 blocks.
 #pragma once
 #include "triangles.hpp"
 
@@ -19,8 +19,10 @@ inline Array<double> block_dots(View<const Index> start, View<const double> a, V
     return result;
 }
 
-// In each block, take the conjugate gradient step along the direction p: x += length p and r -= length q, where q = A p
-// and length = rho / p . q. Blocks with rho = 0 do not change. Returns r . r.
+// In each block, take the conjugate gradient step along the direction p: x += length p and r -= length q,
+// where q = A p and length = rho / p . q.
+// Blocks with rho = 0 do not change.
+// Returns r . r.
 inline Array<double> cg_step(View<const Index> start, View<const double> rho, View<const double> p,
                              View<const double> q, View<double> x, View<double> r) {
     Array<double> result = block_dots(start, p, q);
@@ -42,8 +44,8 @@ inline Array<double> cg_step(View<const Index> start, View<const double> rho, Vi
     return result;
 }
 
-// In each block, update the conjugate gradient direction p to z + (rho / last) p, where `last` is the previous rho. If
-// rho or last is 0, the new direction is z.
+// In each block, update the conjugate gradient direction p to z + (rho / last) p, where `last` is the previous rho.
+// If rho or last is 0, the new direction is z.
 inline void update_cg_direction(View<const Index> start, View<const double> rho, View<const double> last,
                                 View<const double> z, View<double> p) {
     for (Index k = 0; k + 1 < start.size; ++k) {
@@ -55,9 +57,10 @@ inline void update_cg_direction(View<const Index> start, View<const double> rho,
     }
 }
 
-// Accumulate the contributions of the rows of an upper triangular matrix to y, (n, 2). add(first, last, y) adds the
-// contributions of rows `first` to `last` - 1 to a vector that begins at row `first`. Because a row also contributes to
-// later rows, the two halves of a large matrix are accumulated in separate vectors.
+// Accumulate the contributions of the rows of an upper triangular matrix to y, (n, 2).
+// The function add(first, last, y) adds the contributions of rows `first` to `last` - 1 to a vector
+// that begins at row `first`.
+// Because a row also contributes to later rows, the two halves of a large matrix are accumulated in separate vectors.
 template <class Made, class Add>
 Made accumulate_in_halves(Index n, Made&& y, const Add& add) {
     const Index half = n < PARALLEL_SIZE ? n : n / 2;
@@ -111,9 +114,10 @@ Grid<double> symmetric_product(View<const I> indptr, View<const I> indices, View
     });
 }
 
-// Return the pattern of selected rows of U + U^T: the start of each row, and the ascending columns and the positions of
-// its blocks. The position of a block is its index in U, or ~index for a transposed block. `number`, (n,), counts the
-// selected rows from 0 in ascending order; it is -1 for all other rows.
+// Return the pattern of selected rows of U + U^T: the start of each row,
+// and the ascending columns and the positions of its blocks.
+// The position of a block is its index in U, or ~index for a transposed block.
+// `number`, (n,), counts the selected rows from 0 in ascending order; it is -1 for all other rows.
 template <class I>
 std::tuple<Array<Index>, Array<Index>, Array<Index>> block_rows(View<const I> indptr, View<const I> indices,
                                                                 View<const Index> number) {
@@ -139,7 +143,8 @@ std::tuple<Array<Index>, Array<Index>, Array<Index>> block_rows(View<const I> in
     return {std::move(start), std::move(column), std::move(place)};
 }
 
-// Return the blocks, (#blocks, 4), of the rows selected by `block_rows`. `of` is the row of each returned block.
+// Return the blocks, (#blocks, 4), of the rows selected by `block_rows`.
+// `of` is the row of each returned block.
 // `block` contains the stored blocks of U; diagonal blocks are halved.
 inline Grid<double> gather_row_blocks(Matrix<const double> block, View<const Index> column, View<const Index> place,
                                       View<const Index> of) {

@@ -1,5 +1,6 @@
-// Computations in each triangle, and sums over the corners at each vertex. Arrays over corners are (3, #F). The corners
-// k, k + 1 and k + 2 are in counter-clockwise order, and side k is opposite to corner k.
+// Computations in each triangle, and sums over the corners at each vertex.
+// Arrays over corners are (3, #F).
+// The corners k, k + 1 and k + 2 are in counter-clockwise order, and side k is opposite to corner k.
 #pragma once
 #include <limits>
 #include <stdexcept>
@@ -86,8 +87,9 @@ inline double dot(Point a, Point b) { return a.x * b.x + a.y * b.y + a.z * b.z; 
 inline Point cross(Point a, Point b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 inline double largest_coordinate(Point a) { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); }
 
-// Compute twice the area of each triangle, the scalar products of the sides at its corners, and a bound of the rounding
-// error of the double area: the longest side times the rounding error eps |x| of the largest coordinate.
+// Compute twice the area of each triangle, the scalar products of the sides at its corners,
+// and a bound of the rounding error of the double area:
+// the longest side times the rounding error eps |x| of the largest coordinate.
 inline std::tuple<Array<double>, Grid<double>, Array<double>> side_products(Values V, Corners corner) {
     const Index m = corner.columns;
     Array<double> double_area(m), least(m);
@@ -110,8 +112,8 @@ inline std::tuple<Array<double>, Grid<double>, Array<double>> side_products(Valu
     return {std::move(double_area), std::move(products), std::move(least)};
 }
 
-// Return the unit normals of triangles, (#F, 3). Rounding decides whether the normal of a degenerate triangle is zero
-// or has an arbitrary direction.
+// Return the unit normals of triangles, (#F, 3).
+// Rounding decides whether the normal of a degenerate triangle is zero or has an arbitrary direction.
 inline Grid<double> normals(Values V, Corners corner) {
     Grid<double> result(corner.columns, 3);
     parallel_for_pieces(corner.columns, [&](Index first, Index last) {
@@ -160,8 +162,8 @@ inline double arctangent(double y, double x) {
     return x < 0 ? PI - acute : acute;
 }
 
-// Return the dihedral angle between the face normals at each edge, negative at concave edges. `sides`, (2, #E), are the
-// half-edges of each edge.
+// Return the dihedral angle between the face normals at each edge, negative at concave edges.
+// `sides`, (2, #E), are the half-edges of each edge.
 inline Array<double> dihedrals(Values V, Corners corner, Matrix<const Index> sides, Values normal) {
     const Index m = corner.columns;
     return tabulate(sides.columns, [=](Index e) {
@@ -185,8 +187,9 @@ inline Grid<double> cotangents(Values alpha) {
 
 using FlaggedAngles = std::tuple<Grid<double>, Array<bool>>;  // an array over corners, and a mask of triangles
 
-// Compute, by half-angle formulas, the angles of triangles after each side is multiplied by the factor of its opposite
-// vertex. Also mark the triangles whose sides violate the triangle inequality; their angles are meaningless.
+// Compute, by half-angle formulas, the angles of triangles after each side is multiplied
+// by the factor of its opposite vertex.
+// Also mark the triangles whose sides violate the triangle inequality; their angles are meaningless.
 inline FlaggedAngles rescaled_angles(Corners corner, Values length, Numbers factor) {
     const Index m = corner.columns;
     Grid<double> alpha(3, m);
@@ -214,9 +217,10 @@ inline FlaggedAngles rescaled_angles(Corners corner, Values length, Numbers fact
 
 using ConstraintSums = std::tuple<Array<double>, Array<double>>;  // sums for vertex and wheel constraints
 
-// Compute, for each vertex, the sum of its angles and the sum of log sin(gamma) - log sin(beta) over the right and left
-// angles of its wheel (eq. 5 and 10). For speed, the sines are multiplied before the logarithm is taken, as long as the
-// product can neither overflow nor underflow.
+// Compute, for each vertex, the sum of its angles and the sum of log sin(gamma) - log sin(beta) over the right
+// and left angles of its wheel (eq. 5 and 10).
+// For speed, the sines are multiplied before the logarithm is taken,
+// as long as the product can neither overflow nor underflow.
 inline ConstraintSums angle_sums(Corners corner, Values alpha, Values cot, Index n) {
     Array<double> vertex = zeros(n), wheel = zeros(n), ratio(n);
     std::fill_n(ratio.data(), n, 1.0);
@@ -262,8 +266,8 @@ inline ConstraintSums constraint_changes(Corners corner, Values cot, Values e, I
     return {std::move(vertex), std::move(wheel)};
 }
 
-// Return P y of one triangle, where P = diag(w) - w w^T / d. Differences avoid the cancellation of w - w^2 / d near an
-// angle of pi.
+// Return P y of one triangle, where P = diag(w) - w w^T / d.
+// Differences avoid the cancellation of w - w^2 / d near an angle of pi.
 inline Triple project_triangle(Triple w, double d, Triple y) {
     const double p = y.b - y.c, q = y.c - y.a, r = y.a - y.b;
     return {w.a * ((w.b * r - w.c * q) / d), w.b * ((w.c * p - w.a * r) / d), w.c * ((w.a * q - w.b * p) / d)};
@@ -298,16 +302,16 @@ inline Grid<double> errors(Corners corner, Values w, Numbers d, Values cot, Numb
                             [y, w = CornerRows(w), d](Index t) { return project_triangle(w[t], d[t], y(t)); });
 }
 
-// Return K M^T x, (3, #F), for multipliers (n,) of the vertex and the wheel constraints, where K is the cotangent
-// matrix of each triangle.
+// Return K M^T x, (3, #F), for multipliers (n,) of the vertex and the wheel constraints,
+// where K is the cotangent matrix of each triangle.
 inline Grid<double> conformal_errors(Corners corner, Values cot, Numbers vertex, Numbers wheel) {
     const auto y = transpose_product(corner, cot, vertex, wheel);
     return tabulate_corners(corner.columns,
                             [y, cot = CornerRows(cot)](Index t) { return apply_cotangent_matrix(cot[t], y(t)); });
 }
 
-// Limit the step of each triangle to `reach` times the step length that makes its first angle zero. Also return a mask
-// of the triangles whose full step would make an angle zero or negative.
+// Limit the step of each triangle to `reach` times the step length that makes its first angle zero.
+// Also return a mask of the triangles whose full step would make an angle zero or negative.
 inline FlaggedAngles limit_step(Values alpha, Values e, double reach) {
     const Index m = alpha.columns;
     Grid<double> result(3, m);

@@ -15,8 +15,9 @@ namespace cholesky {
 
 class Factor;
 
-// A pattern of 2 by 2 blocks expanded to entries: the lower triangle in CSC, and the position of each entry among the
-// values of the blocks. Entry (i, j) of the pattern stands for the block in the rows 2 j, 2 j + 1 and the columns 2 i,
+// A pattern of 2 by 2 blocks expanded to entries: the lower triangle in CSC,
+// and the position of each entry among the values of the blocks.
+// Entry (i, j) of the pattern stands for the block in the rows 2 j, 2 j + 1 and the columns 2 i,
 // 2 i + 1 of the upper triangle.
 struct ExpandedBlocks {
     std::vector<Index> indptr{0}, indices, source;
@@ -42,8 +43,8 @@ class Symbolic {
   public:
     Index entries;  // number of stored values of a matrix with this pattern
 
-    // Analyse a lower triangle in CSC with the diagonal entry first in each column. Each entry stands for a block of
-    // `block` rows and columns.
+    // Analyse a lower triangle in CSC with the diagonal entry first in each column.
+    // Each entry stands for a block of `block` rows and columns.
     template <class I>
     Symbolic(View<const I> indptr, View<const I> indices, int block) {
         const Index n = indptr.size - 1, most = std::numeric_limits<RowIndex>::max();

@@ -1,9 +1,11 @@
 // Operations on the front of a supernode, a dense matrix.
 //
-// The front consists of L, the columns to eliminate, and of its update matrix U, padded to a multiple of four rows and
-// columns. Loops over four columns at a time also read entries above the diagonal and up to three entries beyond the
-// end of a column. They write the results only to padding and above the diagonal, and these entries are never used. L
-// therefore needs memory for three more entries.
+// The front consists of L, the columns to eliminate, and of its update matrix U,
+// padded to a multiple of four rows and columns.
+// Loops over four columns at a time also read entries above the diagonal and up
+// to three entries beyond the end of a column.
+// They write the results only to padding and above the diagonal, and these entries are never used.
+// L therefore needs memory for three more entries.
 #pragma once
 #include "../threads.hpp"
 
@@ -21,12 +23,13 @@ inline Index pad_rows(Index rows) { return (rows + GROUP_COLUMNS - 1) & -GROUP_C
 // Return the number of entries of a lower triangle.
 inline Index triangle_size(Index rows) { return rows * (rows + 1) / 2; }
 
-// Rank-k update: subtract the products of the eliminated columns of X, from `p` to `last` - 1, from columns of Y. These
-// are the columns of Y from `first` to `until` - 1.
+// Rank-k update: subtract the products of the eliminated columns of X, from `p` to `last` - 1, from columns of Y.
+// These are the columns of Y from `first` to `until` - 1.
 //
-// The column stride is `size` in X and `step` in Y. Row 0 of Y is row `shift` of X. The update processes four columns
-// of X and of Y at a time, which fit into the registers. If the number of columns of Y is not a multiple of four, the
-// number of columns of X must be.
+// The column stride is `size` in X and `step` in Y.
+// Row 0 of Y is row `shift` of X.
+// The update processes four columns of X and of Y at a time, which fit into the registers.
+// If the number of columns of Y is not a multiple of four, the number of columns of X must be.
 inline void rank_k_update(const double* X, Index size, Index p, Index last, double* Y, Index step, Index shift,
                           Index first, Index until) {
     const Index fours = p + ((last - p) & ~3), whole = first + ((until - first) & ~3);
@@ -72,8 +75,8 @@ inline void rank_k_update(const double* X, Index size, Index p, Index last, doub
     }
 }
 
-// Eliminate the columns `first` to `last` - 1 of a front without updating later columns. Returns the column of a bad
-// pivot, or -1.
+// Eliminate the columns `first` to `last` - 1 of a front without updating later columns.
+// Returns the column of a bad pivot, or -1.
 inline Index factor_panel(double* L, Index size, Index first, Index last) {
     const Index fours = first + ((last - first) & ~3);
     for (Index j = first; j < fours; j += 4) {
@@ -119,8 +122,10 @@ inline Index factor_panel(double* L, Index size, Index first, Index last) {
 
 // Eliminate the columns of a front, stored contiguously in L. Returns the column of a bad pivot, or -1.
 //
-// The update matrix U has `rest` rows and columns. A pivot is bad if it is not positive and finite. The diagonal of L
-// is stored inverted, because solves multiply by it. If `shared` is true, threads share the work.
+// The update matrix U has `rest` rows and columns.
+// A pivot is bad if it is not positive and finite.
+// The diagonal of L is stored inverted, because solves multiply by it.
+// If `shared` is true, threads share the work.
 inline Index factor_front(double* L, Index width, Index size, double* U, Index rest, bool shared) {
     for (Index first = 0; first < width; first += PANEL_COLUMNS) {
         const Index last = std::min(first + PANEL_COLUMNS, width), bad = factor_panel(L, size, first, last);
@@ -148,7 +153,8 @@ inline Index count_eliminated_rows(const FrontIndex* to, Index n, Index width) {
     return std::find_if(to, to + n, [=](FrontIndex row) { return row >= width; }) - to;
 }
 
-// Return the number of stored values of a supernode. The first width mod 4 columns are stored from their diagonal on.
+// Return the number of stored values of a supernode.
+// The first width mod 4 columns are stored from their diagonal on.
 // The other columns are stored in groups of four, each from the diagonal of the first column of its group on.
 inline Index count_values(Index width, Index size) {
     Index count = 0, j = 0;
@@ -165,8 +171,8 @@ inline void store_columns(const double* L, Index width, Index size, double* valu
         for (Index k = j; k < j + 4; ++k) values = std::copy_n(L + k * size + j, size - j, values);
 }
 
-// Store the lower triangle of the first n rows and columns of an update matrix, without its padding. Returns the end of
-// the stored values.
+// Store the lower triangle of the first n rows and columns of an update matrix, without its padding.
+// Returns the end of the stored values.
 inline double* store_update(const double* U, Index rest, Index n, double* left) {
     for (Index j = 0; j < n; ++j) left = std::copy_n(U + j * rest + j, n - j, left);
     return left;
@@ -182,8 +188,8 @@ inline void extend_add(const double* left, const FrontIndex* to, Index n, double
     }
 }
 
-// Extend-add the update matrix of a leaf of the elimination tree with only one or two columns, `wide`. The update
-// matrix is not stored, but computed from the columns.
+// Extend-add the update matrix of a leaf of the elimination tree with only one or two columns, `wide`.
+// The update matrix is not stored, but computed from the columns.
 inline void extend_add_leaf(const double* own, Index wide, const FrontIndex* to, Index n, double* L, Index width,
                             Index size, double* U, Index rest) {
     const Index inner = count_eliminated_rows(to, n, width);

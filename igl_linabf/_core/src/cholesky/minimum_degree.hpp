@@ -1,9 +1,10 @@
 // Fill-reducing ordering by approximate minimum degree (Amestoy, Davis, Duff 1996).
 //
-// The elimination graph is represented by a quotient graph. An eliminated variable becomes an element: the list of the
-// variables that its elimination connects. The list of a variable contains its elements, followed by its variables. The
-// degree of a variable is bounded by the sum of the sizes of its elements. Indistinguishable variables, which have the
-// same lists, are merged into one variable of larger weight.
+// The elimination graph is represented by a quotient graph.
+// An eliminated variable becomes an element: the list of the variables that its elimination connects.
+// The list of a variable contains its elements, followed by its variables.
+// The degree of a variable is bounded by the sum of the sizes of its elements.
+// Indistinguishable variables, which have the same lists, are merged into one variable of larger weight.
 #pragma once
 #include "elimination_tree.hpp"
 
@@ -61,8 +62,8 @@ class MinimumDegree {
         after[last] = next, before[next] = last;
     }
 
-    // Set mark[e] to flag plus the number of variables of the older element e outside the new element. The new element
-    // consists of the variables lists[place .. at - 1], whose weights are negative.
+    // Set mark[e] to flag plus the number of variables of the older element e outside the new element.
+    // The new element consists of the variables lists[place .. at - 1], whose weights are negative.
     void scan_elements(Int place, Int at) {
         for (Int p = place; p < at; ++p) {
             const auto i = lists[p];

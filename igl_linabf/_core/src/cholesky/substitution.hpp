@@ -4,8 +4,8 @@
 
 namespace cholesky {
 
-// Solve L x = P b for right-hand sides b, (n, S), whose rows have the stride `step`. x must be zero initially. `which`
-// and `root` select supernodes as in `factor_supernodes`.
+// Solve L x = P b for right-hand sides b, (n, S), whose rows have the stride `step`. x must be zero initially.
+// `which` and `root` select supernodes as in `factor_supernodes`.
 template <int S>
 void solve_lower(const double* values, const Supernodes& a, const TreePartition& parts, const std::vector<Index>& which,
                  Index root, const double* b, Index step, double* left, double* x) {
@@ -84,8 +84,8 @@ void solve_lower(const double* values, const Supernodes& a, const TreePartition&
 
 // Solve L^T P result = x, (n, S), over the supernodes `which` in reverse order; x is overwritten.
 //
-// The work space is column-major for few right-hand sides and row-major for many, so that the longer loop is
-// vectorized.
+// The work space is column-major for few right-hand sides and row-major for many,
+// so that the longer loop is vectorized.
 template <int S>
 void solve_upper(const double* values, const Supernodes& a, const TreePartition& parts, const std::vector<Index>& which,
                  Index root, double* x, double* result, Index step) {

@@ -1,8 +1,9 @@
 // Multifrontal Cholesky factorization by supernodes (Duff, Reid 1983; Liu 1992).
 //
-// The front of a supernode is a dense matrix, assembled from the columns of A in the supernode and from the update
-// matrices of its children in the elimination tree. After the columns of the supernode have been eliminated, the
-// remaining rows and columns of the front form the update matrix, which is added to the front of the parent.
+// The front of a supernode is a dense matrix, assembled from the columns of A in the supernode and
+// from the update matrices of its children in the elimination tree.
+// After the columns of the supernode have been eliminated,
+// the remaining rows and columns of the front form the update matrix, which is added to the front of the parent.
 #pragma once
 #include "supernodes.hpp"
 
@@ -44,9 +45,10 @@ inline WorkSpace measure_workspace(const Supernodes& a, const TreePartition& par
 
 // Factor the supernodes `which` in order, and fill in their values of L. Returns the column of a bad pivot, or -1.
 //
-// `which` are the supernodes of the subtree below `root`. The update matrix of the root is written to `left`. If `root`
-// is -1, `which` are the supernodes above all subtrees, and the roots of the subtrees, whose update matrices are read
-// from `left`.
+// `which` are the supernodes of the subtree below `root`.
+// The update matrix of the root is written to `left`.
+// If `root` is -1, `which` are the supernodes above all subtrees, and the roots of the subtrees,
+// whose update matrices are read from `left`.
 inline Index factor_supernodes(View<const double> data, const Supernodes& a, const TreePartition& parts,
                                const std::vector<Index>& which, Index root, double* values, double* left) {
     const WorkSpace sizes = measure_workspace(a, parts, which, root);

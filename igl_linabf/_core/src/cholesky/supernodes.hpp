@@ -10,8 +10,8 @@
 
 namespace cholesky {
 
-// Relaxed supernodes: maximum share of explicit zeros in a supernode with up to SMALL_COLUMNS columns, with up to
-// MEDIUM_COLUMNS columns, and with more columns.
+// Relaxed supernodes: maximum share of explicit zeros in a supernode with up to SMALL_COLUMNS columns,
+// with up to MEDIUM_COLUMNS columns, and with more columns.
 constexpr Index SMALL_COLUMNS = 16, MEDIUM_COLUMNS = 48;
 constexpr double MAX_ZEROS_SMALL = 0.5, MAX_ZEROS_MEDIUM = 0.1, MAX_ZEROS_LARGE = 0.05;
 
@@ -97,8 +97,8 @@ inline std::pair<std::vector<Index>, std::vector<Index>> find_supernodes(const s
     return {start, size};
 }
 
-// Fill in the rows below each supernode. `of` is the supernode of each column, and `above` the parent of each
-// supernode.
+// Fill in the rows below each supernode.
+// `of` is the supernode of each column, and `above` the parent of each supernode.
 inline void find_rows_below(Supernodes& a, const RowPattern& rows, const std::vector<FrontIndex>& of,
                             const std::vector<FrontIndex>& above) {
     std::vector<Index> end = a.below_start;
@@ -177,8 +177,8 @@ struct TreePartition {
     std::vector<Index> rest;                   // supernodes above the subtrees, and the roots of the subtrees
 };
 
-// Partition the elimination tree into subtrees of similar work. Leaves and subtrees with little work are not separated
-// from the supernodes above them.
+// Partition the elimination tree into subtrees of similar work.
+// Leaves and subtrees with little work are not separated from the supernodes above them.
 inline TreePartition partition_tree(const Supernodes& a) {
     const Index size = a.size();
     TreePartition result{std::vector<Index>(size, -1), {0}, {0}, {}, {}};

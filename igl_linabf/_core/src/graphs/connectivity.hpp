@@ -7,8 +7,8 @@
 
 namespace graphs {
 
-// A pair of integers, the first below 2^31 and the second below 2^32, is packed into one integer. Packed pairs are
-// sorted by their first integers.
+// A pair of integers, the first below 2^31 and the second below 2^32, is packed into one integer.
+// Packed pairs are sorted by their first integers.
 constexpr Index UPPER_END = Index(1) << 31, LOWER_END = Index(1) << 32;
 inline Index upper(Index pair) { return pair >> 32; }
 inline Index lower(Index pair) { return pair & (LOWER_END - 1); }
@@ -50,8 +50,9 @@ struct Edges {
     bool sound;
 };
 
-// Find the edges of triangles, sorted by their lower and higher ends. Half-edge k m + t is opposite to corner k of
-// triangle t. The edges are sound if no edge has more than two half-edges or two half-edges of the same direction.
+// Find the edges of triangles, sorted by their lower and higher ends.
+// Half-edge k m + t is opposite to corner k of triangle t.
+// The edges are sound if no edge has more than two half-edges or two half-edges of the same direction.
 inline Edges find_edges(Matrix<const Index> corner, Index n) {
     const Index m = corner.columns;
     // for each lower end, pairs of the higher end and 2 h, or 2 h + 1 if half-edge h starts at the higher end
@@ -92,8 +93,8 @@ struct SideGroups {
     Array<Index> order, begin, count;
 };
 
-// Sort half-edges by edge. Returns the sorted half-edges, and the first position and the number of half-edges of each
-// edge.
+// Sort half-edges by edge.
+// Returns the sorted half-edges, and the first position and the number of half-edges of each edge.
 inline SideGroups group_sides(View<const Index> tail, View<const Index> head, Index n) {
     const Lists at = build_pair_lists(n, tail.size, [&](const auto& put) {
         for (Index h = 0; h < tail.size; ++h) put(std::min(tail[h], head[h]), std::max(tail[h], head[h]), h);
@@ -116,8 +117,8 @@ struct UsedVertices {
     bool sound;
 };
 
-// Mark the vertices that valid faces use, and check that all faces are valid. The indices of a valid face are distinct
-// and below n.
+// Mark the vertices that valid faces use, and check that all faces are valid.
+// The indices of a valid face are distinct and below n.
 inline UsedVertices used_vertices(Matrix<const Index> F, Index n) {
     UsedVertices result{full(n, false), true};
     const auto within = [n](Index v) { return std::uint64_t(v) < std::uint64_t(n); };
@@ -134,9 +135,10 @@ struct SymmetricPattern {
     Array<Index> indptr, indices, slot;
 };
 
-// Build the CSR pattern of the upper triangle of a symmetric matrix with entries on the diagonal and at edges between
-// two rows. The diagonal entry comes first in each row. Also return the position of the entry of each edge, or -1 if
-// the edge does not join two rows.
+// Build the CSR pattern of the upper triangle of a symmetric matrix with entries on the diagonal and
+// at edges between two rows.
+// The diagonal entry comes first in each row.
+// Also return the position of the entry of each edge, or -1 if the edge does not join two rows.
 inline SymmetricPattern symmetric_pattern(Matrix<const Index> ends, Index n) {
     const Lists at = build_pair_lists(n, ends.columns, [&](const auto& put) {
         for (Index e = 0; e < ends.columns; ++e) {
@@ -163,8 +165,8 @@ struct Neighbours {
     Array<Index> indptr, indices, edge;
 };
 
-// Return the neighbours of each node in CSR, in ascending order, and the shortest edge to each neighbour. The first of
-// equally short edges is returned.
+// Return the neighbours of each node in CSR, in ascending order, and the shortest edge to each neighbour.
+// The first of equally short edges is returned.
 inline Neighbours shortest_edges(Matrix<const Index> ends, View<const double> length, Index n) {
     const Lists at = build_pair_lists(n, ends.rows, [&](const auto& put) {
         for (Index e = 0; e < ends.rows; ++e) {
@@ -194,8 +196,9 @@ struct Loops {
     std::vector<Index> vertices, sizes, twice;
 };
 
-// Chain boundary half-edges into loops, in the order of their first vertices. If two half-edges leave the same vertex,
-// no loops are returned, and `twice` contains the vertices that two half-edges leave.
+// Chain boundary half-edges into loops, in the order of their first vertices.
+// If two half-edges leave the same vertex, no loops are returned,
+// and `twice` contains the vertices that two half-edges leave.
 inline Loops boundary_loops(View<const Index> tail, View<const Index> head, Index n) {
     Loops result;
     std::vector<Index> following(n, -1);
@@ -239,8 +242,8 @@ inline Array<Index> connected_labels(Matrix<const Index> edges, Index n) {
     return sets.labels();
 }
 
-// Return the edges that do not close a cycle with earlier edges. If the order is by weight, this is the minimum
-// spanning forest (Kruskal 1956).
+// Return the edges that do not close a cycle with earlier edges.
+// If the order is by weight, this is the minimum spanning forest (Kruskal 1956).
 inline std::vector<Index> spanning_forest(Matrix<const Index> pairs, View<const Index> order, Index n) {
     UnionFind sets(n);
     std::vector<Index> chosen;

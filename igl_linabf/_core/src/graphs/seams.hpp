@@ -4,8 +4,8 @@
 
 namespace graphs {
 
-// Return the nodes on the paths from `ends` back to their sources, without the sources and without duplicates. `before`
-// is the predecessor of each node, or -1 at sources.
+// Return the nodes on the paths from `ends` back to their sources, without the sources and without duplicates.
+// `before` is the predecessor of each node, or -1 at sources.
 inline std::vector<Index> path_nodes(View<const Index> before, View<const Index> ends) {
     std::vector<char> passed(before.size);
     std::vector<Index> found;
@@ -17,8 +17,8 @@ inline std::vector<Index> path_nodes(View<const Index> before, View<const Index>
     return found;
 }
 
-// Breadth-first search for a path with the fewest edges. Returns its nodes, from one of `ends` back to one of
-// `sources`, which are masks.
+// Breadth-first search for a path with the fewest edges.
+// Returns its nodes, from one of `ends` back to one of `sources`, which are masks.
 inline std::vector<Index> breadth_first_path(View<const Index> indptr, View<const Index> indices,
                                              View<const bool> sources, View<const bool> ends) {
     const Index n = indptr.size - 1;
@@ -41,8 +41,9 @@ inline std::vector<Index> breadth_first_path(View<const Index> indptr, View<cons
     return way;
 }
 
-// Choose nodes greedily in the given order, skipping nodes within `hops` edges of a chosen node. Paths do not pass
-// `closed` nodes. Returns a mask.
+// Choose nodes greedily in the given order, skipping nodes within `hops` edges of a chosen node.
+// Paths do not pass `closed` nodes.
+// Returns a mask.
 template <class Int>
 Array<bool> choose_distant_nodes(View<const Int> indptr, View<const Int> indices, View<const Index> order, Index hops,
                                  View<const bool> closed) {
@@ -112,9 +113,9 @@ struct Arcs {
     std::vector<Index> nodes, start;
 };
 
-// Divide the edges of a graph into arcs between joints, followed by closed arcs without a joint. Nodes that are not
-// joints must have two edges. The edges of arc k begin at start[k]; its nodes begin at start[k] + k, because each arc
-// has one more node than edges.
+// Divide the edges of a graph into arcs between joints, followed by closed arcs without a joint.
+// Nodes that are not joints must have two edges.
+// The edges of arc k begin at start[k]; its nodes begin at start[k] + k, because each arc has one more node than edges.
 inline Arcs split_arcs(Matrix<const Index> ends, View<const bool> joint) {
     const Index n = joint.size, m = ends.rows;
     std::vector<Index> order;  // nodes in the order in which `ends` lists them
@@ -152,8 +153,9 @@ struct CutTopology {
     std::vector<Index> sizes;
 };
 
-// Analyse the topology of a surface that is cut along a seam. Returns the number of components of the seam, including
-// the holes; its number of independent cycles; and the numbers of faces of the resulting pieces, ascending.
+// Analyse the topology of a surface that is cut along a seam.
+// Returns the number of components of the seam, including the holes; its number of independent cycles;
+// and the numbers of faces of the resulting pieces, ascending.
 inline CutTopology cut_topology(Matrix<const Index> ends, Matrix<const Index> faces, View<const Index> seam,
                                 Index holes, Index n, Index n_faces) {
     if (holes > n) throw std::invalid_argument("more holes than nodes");
@@ -243,8 +245,8 @@ struct Network {
     }
 };
 
-// Return a mask of the nodes on the sink side of a minimum cut (Dinic 1970). If there are several minimum cuts, return
-// the cut nearest to the source.
+// Return a mask of the nodes on the sink side of a minimum cut (Dinic 1970).
+// If there are several minimum cuts, return the cut nearest to the source.
 inline Array<bool> minimum_cut_side(Matrix<const Index> ends, View<const Index> capacity, Index n, Index source,
                                     Index sink) {
     Network network(ends, capacity, n);

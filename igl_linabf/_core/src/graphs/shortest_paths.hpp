@@ -1,5 +1,5 @@
-// Shortest paths (Dijkstra 1959) to sources, towards targets and to a Steiner point, and shortest closed walks of given
-// parities.
+// Shortest paths (Dijkstra 1959) to sources, towards targets and to a Steiner point,
+// and shortest closed walks of given parities.
 #pragma once
 #include <array>
 
@@ -77,8 +77,8 @@ struct Search {
     // Return the smallest distance of an open node, or infinity if no node is open.
     double smallest_distance() const { return waiting.empty() ? INFINITY : distance[waiting.first()]; }
 
-    // Relax the edges of `node`, which are in row `row` of the graph. accept(edge, way) returns the node whose distance
-    // is to be updated to `way`, or -1.
+    // Relax the edges of `node`, which are in row `row` of the graph. accept(edge, way) returns the node whose
+    // distance is to be updated to `way`, or -1.
     template <class Int, class Goes>
     void relax(const Graph<Int>& graph, Index row, Index node, const Goes& accept) {
         for (Index edge = graph.indptr[row]; edge < graph.indptr[row + 1]; ++edge) {
@@ -87,8 +87,8 @@ struct Search {
         }
     }
 
-    // Relax the edges of the nearest open node. passes(node, there, way) returns true if a shorter path of length `way`
-    // from `node` to `there` is accepted.
+    // Relax the edges of the nearest open node. passes(node, there, way) returns true if a shorter path
+    // of length `way` from `node` to `there` is accepted.
     template <class Int, class Passes>
     void step(const Graph<Int>& graph, const Passes& passes) {
         const Index node = waiting.pop();
@@ -104,8 +104,8 @@ struct Paths {
     Array<Index> before, source;
 };
 
-// Find the nearest source of each node, along paths of `open` nodes. Returns the distance, the predecessor and the
-// nearest source of each node.
+// Find the nearest source of each node, along paths of `open` nodes.
+// Returns the distance, the predecessor and the nearest source of each node.
 template <class Int>
 Paths nearest_sources(View<const Int> indptr, View<const Int> indices, View<const double> length,
                       View<const Index> sources, View<const bool> open, double limit) {
@@ -127,9 +127,9 @@ Paths nearest_sources(View<const Int> indptr, View<const Int> indices, View<cons
     return {std::move(search.distance), std::move(search.before), std::move(source)};
 }
 
-// Return the distance from a source to each node, and the predecessor of each node. A node is skipped if its distance
-// plus lower bounds of the paths from there to all targets exceeds the limit. The lower bound of a path is `share`
-// times the distance in space.
+// Return the distance from a source to each node, and the predecessor of each node.
+// A node is skipped if its distance plus lower bounds of the paths from there to all targets exceeds the limit.
+// The lower bound of a path is `share` times the distance in space.
 template <class Int>
 std::tuple<Array<double>, Array<Index>> goal_directed_search(View<const Int> indptr, View<const Int> indices,
                                                      View<const double> length, Index source, View<const bool> open,
@@ -164,12 +164,14 @@ struct SteinerPaths {
     std::vector<Index> nodes, start;
 };
 
-// Find the Steiner point of three sets of nodes, which minimizes the total length of the paths to the sets. Return the
-// three paths, or no paths if the total length exceeds the limit.
+// Find the Steiner point of three sets of nodes, which minimizes the total length of the paths to the sets.
+// Return the three paths, or no paths if the total length exceeds the limit.
 //
-// The three searches advance at the same rate. A search skips a node if its distance plus a lower bound of the paths to
-// the other two sets exceeds the best total so far. The lower bound is the smaller of two sums: the sum of the radii of
-// the other two searches, and the smallest sum of both distances at a node that both searches have reached.
+// The three searches advance at the same rate.
+// A search skips a node if its distance plus a lower bound of the paths
+// to the other two sets exceeds the best total so far.
+// The lower bound is the smaller of two sums: the sum of the radii of the other two searches,
+// and the smallest sum of both distances at a node that both searches have reached.
 template <class Int>
 SteinerPaths steiner_paths(View<const Int> indptr, View<const Int> indices, View<const double> length,
                            std::array<View<const Index>, 3> sources, View<const bool> open, double limit) {
@@ -216,8 +218,9 @@ SteinerPaths steiner_paths(View<const Int> indptr, View<const Int> indices, View
     return result;
 }
 
-// Return the shortest set of excursions that together cross all curves an odd number of times, or an empty set.
-// found[bits] is the length of the shortest excursion that crosses exactly the curves in `bits` an odd number of times.
+// Return the shortest set of excursions that together cross all curves an odd number of times,
+// or an empty set. found[bits] is the length of the shortest excursion that crosses exactly the curves
+// in `bits` an odd number of times.
 inline std::vector<Index> choose_excursions(const std::vector<double>& found) {
     const Index all = Index(found.size()) - 1;
     std::vector<double> best(all + 1, INFINITY);
@@ -241,10 +244,12 @@ inline std::vector<Index> choose_excursions(const std::vector<double>& found) {
     return chosen;
 }
 
-// Find the shortest closed walk from a node that crosses each of several curves an odd number of times. The bits of
-// `flip` are the curves that an edge crosses. The search runs in copies of the graph, one for each combination of
-// parities. The walk consists of excursions, which pass the start only at their ends. Two paths from the start to the
-// same node form an excursion. All excursions shorter than twice the smallest distance of an open node have been found.
+// Find the shortest closed walk from a node that crosses each of several curves an odd number of times.
+// The bits of `flip` are the curves that an edge crosses.
+// The search runs in copies of the graph, one for each combination of parities.
+// The walk consists of excursions, which pass the start only at their ends.
+// Two paths from the start to the same node form an excursion.
+// All excursions shorter than twice the smallest distance of an open node have been found.
 inline std::vector<Index> shortest_odd_walk(View<const Index> indptr, View<const Index> indices,
                                             View<const double> length, View<const Index> flip, Index start,
                                             Index copies) {

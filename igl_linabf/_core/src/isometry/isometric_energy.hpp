@@ -1,8 +1,9 @@
 // The energy of isometric maps: its value in each triangle, gradient, convexified Hessian, and singularities.
 //
-// The map w -> p w + q conj(w) of a triangle from its own plane has the singular values |p| + |q| and |p| - |q|. With
-// A = |p|^2, B = |q|^2 and J = A - B, the energy is E = c a^weight, where c = (A + B) / J measures angle
-// distortion and a = (J + 1 / J) / 2 measures area distortion (Degener, Meseth, Klein 2003).
+// The map w -> p w + q conj(w) of a triangle from its own plane has the singular values |p| + |q| and |p| - |q|.
+// With A = |p|^2, B = |q|^2 and J = A - B, the energy is E = c a^weight.
+// The factor c = (A + B) / J measures angle distortion.
+// The factor a = (J + 1 / J) / 2 measures area distortion (Degener, Meseth, Klein 2003).
 #pragma once
 #include "../angles/triangles.hpp"
 
@@ -34,8 +35,8 @@ struct WirtingerDerivatives {
 
 inline double power(double area, double weight) { return weight == 1 ? area : std::pow(area, weight); }
 
-// Return the isometric energy of each triangle times its weight in `share`. The energy of flipped and collapsed
-// triangles is infinite.
+// Return the isometric energy of each triangle times its weight in `share`.
+// The energy of flipped and collapsed triangles is infinite.
 inline Array<double> isometric_energy(Corners corner, Gradients gradient, Numbers share, Map z, double weight) {
     return angles::tabulate(corner.columns, [=, of = WirtingerDerivatives(corner, gradient, z)](Index t) {
         const auto [p, q] = of[t];
@@ -63,11 +64,13 @@ struct EnergyDerivatives {
     }
 };
 
-// Compute the gradient of the isometric energy, (6, #F), and four rows of six values per triangle, (24, #F). The sum of
-// row row^T is the convexified Hessian. Derivatives are first by x of the three corners, then by y.
+// Compute the gradient of the isometric energy, (6, #F), and four rows of six values per triangle, (24, #F).
+// The sum of row row^T is the convexified Hessian.
+// Derivatives are first by x of the three corners, then by y.
 //
-// Because E is a function of |p| and |q|, its Hessian with respect to p and q has the eigenvectors i p, i q, and two
-// eigenvectors in the plane of p and q. Negative eigenvalues are clamped to 0 (Smith, De Goes, Kim 2019).
+// Because E is a function of |p| and |q|, its Hessian with respect to p and q has the eigenvectors i p, i q,
+// and two eigenvectors in the plane of p and q.
+// Negative eigenvalues are clamped to 0 (Smith, De Goes, Kim 2019).
 inline std::tuple<Grid<double>, Grid<double>> isometric_derivatives(Corners corner, Gradients gradient, Numbers share,
                                                                     Map z, double weight) {
     const Index m = corner.columns;
@@ -105,9 +108,10 @@ inline std::tuple<Grid<double>, Grid<double>> isometric_derivatives(Corners corn
     return {std::move(slopes), std::move(rows)};
 }
 
-// Assemble the 2 by 2 blocks, (entries, 4), of the sum of row row^T over the triangles. The six values of a row belong
-// to the x coordinates of the corners, then to the y coordinates. The block of corner k is added to entry own[k], and
-// the block of the side opposite to corner k to entry across[k], or transposed to entry ~across[k].
+// Assemble the 2 by 2 blocks, (entries, 4), of the sum of row row^T over the triangles.
+// The six values of a row belong to the x coordinates of the corners, then to the y coordinates.
+// The block of corner k is added to entry own[k], and the block of the side opposite to corner k to entry across[k],
+// or transposed to entry ~across[k].
 inline Grid<double> sum_outer_products(Values rows, Corners own, Corners across, Index entries) {
     const Index m = own.columns, ranks = rows.rows / 6;
     Grid<double> result = angles::zeros<Grid<double>>(entries, 4);
@@ -136,8 +140,8 @@ inline Grid<double> sum_outer_products(Values rows, Corners own, Corners across,
     return result;
 }
 
-// Return, for each triangle, the step length along `direction` that collapses the triangle (|p|^2 = |q|^2), or infinity
-// if no step collapses it.
+// Return, for each triangle, the step length along `direction` that collapses the triangle (|p|^2 = |q|^2),
+// or infinity if no step collapses it.
 inline Array<double> collapse_lengths(Corners corner, Gradients gradient, Map z, Map direction) {
     const WirtingerDerivatives at(corner, gradient, z), change(corner, gradient, direction);
     return angles::tabulate(corner.columns, [at, change](Index t) {

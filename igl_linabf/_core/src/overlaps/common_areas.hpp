@@ -6,8 +6,9 @@
 
 namespace overlaps {
 
-// Return the area of the intersection of the triangles a and b, by clipping b at each side of a (Sutherland and Hodgman
-// 1974). Coordinates are relative to the first corner of a.
+// Return the area of the intersection of the triangles a and b,
+// by clipping b at each side of a (Sutherland and Hodgman 1974).
+// Coordinates are relative to the first corner of a.
 inline double common_area(const Complex* a, const Complex* b) {
     constexpr int MAX_CORNERS = 6;  // maximum number of corners of the intersection of two triangles
     std::array<Complex, MAX_CORNERS + 1> part{b[0] - a[0], b[1] - a[0], b[2] - a[0]}, clipped;

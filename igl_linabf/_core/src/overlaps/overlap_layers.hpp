@@ -12,9 +12,10 @@ struct Sheets {
     std::vector<Index> faces, start{0};
 };
 
-// The overlapping pairs of faces, in both orders and sorted lexicographically, and the adjacent faces of each face in
-// CSR. Two pairs are neighbours if they have one face in common and their other faces are adjacent. An overlap is a
-// connected component of pairs together with the mirrored component.
+// The overlapping pairs of faces, in both orders and sorted lexicographically,
+// and the adjacent faces of each face in CSR.
+// Two pairs are neighbours if they have one face in common and their other faces are adjacent.
+// An overlap is a connected component of pairs together with the mirrored component.
 class OverlapLayers {
     View<const Index> upper, lower, begin, neighbour;
     std::vector<Index> row;              // first pair of each upper face

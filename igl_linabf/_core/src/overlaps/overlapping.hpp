@@ -48,8 +48,9 @@ class BoxTree {
         for (const auto& p : place) triangle.push_back(triangle_at(p.face));
     }
 
-    // Find overlapping pairs of a triangle of a leaf and a later triangle of node `at`. The search ends after more than
-    // `limit` pairs. The node has the triangles `begin` to `begin + size - 1`.
+    // Find overlapping pairs of a triangle of a leaf and a later triangle of node `at`.
+    // The search ends after more than `limit` pairs.
+    // The node has the triangles `begin` to `begin + size - 1`.
     void search(Index leaf, Index at, Index begin, Index size, Index limit,
                 std::vector<std::array<Index, 2>>& found) const {
         const Index first = (leaf - leaves) * LEAF_SIZE, n = Index(triangle.size());
@@ -80,8 +81,8 @@ class BoxTree {
         for (Index k = 2 * leaves; --k > 1;) node[k / 2].add(node[k]);
     }
 
-    // Return the overlapping pairs of triangles i < j of the same chart, in lexicographic order, or only `limit` + 1
-    // pairs if there are more than `limit`.
+    // Return the overlapping pairs of triangles i < j of the same chart, in lexicographic order,
+    // or only `limit` + 1 pairs if there are more than `limit`.
     std::vector<std::array<Index, 2>> find_pairs(Index limit) const {
         std::vector<std::array<Index, 2>> found;
         for (Index first = 0; first < Index(triangle.size()); first += LEAF_SIZE)
@@ -92,9 +93,9 @@ class BoxTree {
     }
 };
 
-// Return the pairs of faces i < j, (#P, 2), of the same chart that overlap in the plane, in lexicographic order. If
-// there are more than `limit` pairs, return only `limit` + 1, because a map that is collapsed onto itself has about
-// #F^2 / 2 overlapping pairs.
+// Return the pairs of faces i < j, (#P, 2), of the same chart that overlap in the plane, in lexicographic order.
+// If there are more than `limit` pairs, return only `limit` + 1,
+// because a map that is collapsed onto itself has about #F^2 / 2 overlapping pairs.
 inline std::vector<std::array<Index, 2>> find_overlaps(View<const Complex> z, Matrix<const Index> F,
                                                        View<const Index> chart, Index limit) {
     return BoxTree(z, F, chart).find_pairs(limit);

@@ -62,8 +62,8 @@ inline double set_corners(Triangle& t, Complex a, Complex b, Complex c) {
     return longest;
 }
 
-// Make a counter-clockwise triangle, and set the overlap depth that it tolerates, relative to its height. A triangle
-// whose height is within the rounding error never overlaps.
+// Make a counter-clockwise triangle, and set the overlap depth that it tolerates, relative to its height.
+// A triangle whose height is within the rounding error never overlaps.
 inline Triangle make_triangle(Complex a, Complex b, Complex c) {
     const double area = cross(b - a, c - a);
     Triangle t;
@@ -84,8 +84,8 @@ inline bool penetrates(const Triangle& a, const Triangle& b, double least) {
     return true;
 }
 
-// Return true if two solid triangles overlap by more than the smaller of their depths plus their rounding error: no
-// side of either triangle is a separating axis (Ericson, Real-Time Collision Detection, 5.2.1).
+// Return true if two solid triangles overlap by more than the smaller of their depths plus their rounding error:
+// no side of either triangle is a separating axis (Ericson, Real-Time Collision Detection, 5.2.1).
 inline bool do_overlap(const Triangle& a, const Triangle& b) {
     const double least = std::min(a.depth, b.depth) + std::max(a.rounding, b.rounding);
     return penetrates(a, b, least) && penetrates(b, a, least);

@@ -67,8 +67,8 @@ struct ChartExtent {
     }
 };
 
-// The triangles of all regions, with a grid for each region to find the triangles near a point. Region r has the
-// triangles start[r] to start[r + 1] - 1, in its own frame.
+// The triangles of all regions, with a grid for each region to find the triangles near a point.
+// Region r has the triangles start[r] to start[r + 1] - 1, in its own frame.
 class Regions {
     struct Cells {
         Box box;
@@ -166,18 +166,21 @@ class Regions {
     }
 };
 
-// A hinge that may join two regions a and b. `motion` maps the frame of b to that of a. The charts are joined
-// if the area of the rectangle around both charts exceeds the total area of the rectangles around each chart by at most
-// `worth`. `page` is the area of a page.
+// A hinge that may join two regions a and b.
+// `motion` maps the frame of b to that of a.
+// The charts are joined if the area of the rectangle around both charts exceeds the total area
+// of the rectangles around each chart by at most `worth`.
+// `page` is the area of a page.
 struct Hinge {
     Index a, b;
     Motion motion;
     double worth, page;
 };
 
-// The assembly of regions into charts. Regions keep their frames; only the motions from the frames to the planes of
-// their charts change. Therefore, joining two charts takes time proportional to the regions of the smaller chart, and
-// the grids of triangles are built only once.
+// The assembly of regions into charts.
+// Regions keep their frames; only the motions from the frames to the planes of their charts change.
+// Therefore, joining two charts takes time proportional to the regions of the smaller chart,
+// and the grids of triangles are built only once.
 class Assembly {
     const Regions& regions;
     std::array<Complex, EXTENT_DIRECTIONS / 2> axis;
@@ -238,9 +241,9 @@ struct MergedRegions {
     Array<Complex> turn, shift;
 };
 
-// Join regions to charts, hinge by hinge. Returns the chart of each region, and the motion from the frame of the region
-// to the plane of the chart. Hinge h joins the regions pairs[h] = (a, b) by the motion z -> turn[h] z + shift[h] from
-// the frame of b to that of a.
+// Join regions to charts, hinge by hinge.
+// Returns the chart of each region, and the motion from the frame of the region to the plane of the chart.
+// Hinge h joins the regions pairs[h] = (a, b) by the motion z -> turn[h] z + shift[h] from the frame of b to that of a.
 inline MergedRegions merge_regions(Matrix<const Complex> triangle, View<const double> depth, View<const Index> start,
                                    Matrix<const Index> pairs, View<const Complex> turn, View<const Complex> shift,
                                    View<const double> worth, View<const double> page) {

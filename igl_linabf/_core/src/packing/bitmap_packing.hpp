@@ -1,11 +1,14 @@
 // Greedy placement of the masks of charts on pages, on a grid of cells.
 //
-// Each mask goes to the first page with enough free space, and there to the free position that enlarges the bounding
-// square of all masks least.
+// Each mask goes to the first page with enough free space,
+// and there to the free position that enlarges the bounding square of all masks least.
 //
-// Cells are bits in words of 64. `page | page >> 1` has a bit where one of two adjacent cells is occupied; with a shift
-// of 2, this gives the bits of four cells, and so on. Therefore, two lookups suffice for a run of any length. Several
-// rows are tested at once. Runs that collided with occupied cells are tested first in the next rows.
+// Cells are bits in words of 64.
+// `page | page >> 1` has a bit where one of two adjacent cells is occupied; with a shift of 2,
+// this gives the bits of four cells, and so on.
+// Therefore, two lookups suffice for a run of any length.
+// Several rows are tested at once.
+// Runs that collided with occupied cells are tested first in the next rows.
 #pragma once
 #include <array>
 
@@ -28,14 +31,16 @@ struct PageExtent {
     Index width, height;
 };
 
-// A run of occupied cells in a row of a mask. `at` is the position of its row among the words of a page, and `more` is
-// its length minus the largest power of 2 that is at most its length.
+// A run of occupied cells in a row of a mask.
+// `at` is the position of its row among the words of a page,
+// and `more` is its length minus the largest power of 2 that is at most its length.
 struct Run {
     Index at, column, more, row;
 };
 
-// The cells of a page: `levels` times `words` columns of `high` words, one word for each row. A bit of level j is set
-// if one of the 2^j cells that start at this bit is occupied. The last words of a row are always free.
+// The cells of a page: `levels` times `words` columns of `high` words, one word for each row.
+// A bit of level j is set if one of the 2^j cells that start at this bit is occupied.
+// The last words of a row are always free.
 struct Page {
     Index words, high, levels;
     std::vector<Word> busy;
@@ -50,8 +55,8 @@ struct Collisions {
     Word every, fresh;
 };
 
-// Set the bits of `met`, one word for each row, if a run collides with occupied cells. Each bit stands for a mask that
-// is shifted to another column.
+// Set the bits of `met`, one word for each row, if a run collides with occupied cells.
+// Each bit stands for a mask that is shifted to another column.
 inline Collisions find_collisions(const Page& page, Index at, Index column, Index more, Word* __restrict met) {
     const Index behind = column + more;
     const Word* const one = page.busy.data() + at + column / WORD_BITS * page.high;
@@ -71,9 +76,10 @@ inline Collisions find_collisions(const Page& page, Index at, Index column, Inde
     return {every, fresh};
 }
 
-// For `number` rows from y on, store in `free` the first column where a mask can be placed without a collision. The
-// column is -1 if the mask collides in every column up to `last`. Returns true if any row has a free column. Runs that
-// collided are moved to the front.
+// For `number` rows from y on, store in `free` the first column where a mask can be placed without a collision.
+// The column is -1 if the mask collides in every column up to `last`.
+// Returns true if any row has a free column.
+// Runs that collided are moved to the front.
 inline bool find_first_free(const Page& page, View<Run> runs, Index y, Index number, Index last, Index* free) {
     bool found = false;
     std::fill_n(free, ROWS_AT_ONCE, -1);
@@ -99,8 +105,9 @@ inline bool find_first_free(const Page& page, View<Run> runs, Index y, Index num
     return found;
 }
 
-// Find the best mask of a chart and its position: the bounding square of all masks is smallest, and among equal squares
-// the mask is nearest to the origin. The mask is -1 if no mask fits.
+// Find the best mask of a chart and its position: the bounding square of all masks is smallest,
+// and among equal squares the mask is nearest to the origin.
+// The mask is -1 if no mask fits.
 inline Placement find_best_place(const Page& page, Index side, Span span, View<const Shape> shapes,
                                  View<const CellBlock> blocks, View<const Index> start, std::vector<Run>& runs) {
     const Index taken = std::max(page.width, page.height);
@@ -170,8 +177,8 @@ inline void occupy(Page& page, Shape shape, View<const CellBlock> blocks, Index 
     }
 }
 
-// Place charts on square pages with `side` by `side` cells, each by one of its masks. If a chart does not fit on an
-// empty page or on `most` pages, this chart and all later ones are not placed.
+// Place charts on square pages with `side` by `side` cells, each by one of its masks.
+// If a chart does not fit on an empty page or on `most` pages, this chart and all later ones are not placed.
 inline std::tuple<std::vector<Placement>, std::vector<PageExtent>> place_masks(
     Index side, Index most, View<const Span> spans, View<const Shape> shapes, View<const CellBlock> blocks,
     View<const Index> start) {
@@ -223,8 +230,9 @@ inline Squares<bool> occupied_cells(Index side, View<const Placement> places, Vi
     return taken;
 }
 
-// Place rectangles on shelves of a square page with occupied cells, and return the lower left corners of the rectangles
-// that fit. A shelf is as high as its first rectangle, and resumes after occupied cells.
+// Place rectangles on shelves of a square page with occupied cells,
+// and return the lower left corners of the rectangles that fit.
+// A shelf is as high as its first rectangle, and resumes after occupied cells.
 inline std::vector<std::array<double, 2>> pack_shelves(Matrix<const double> sizes, Matrix<const bool> taken) {
     const Index side = taken.rows, n = sizes.rows;
     const Array<std::int32_t> above(side + 1, side);  // number of consecutive free cells from each cell upwards

@@ -8,13 +8,14 @@ struct CutLineValues {
     Array<double> hulls, widest, cut;
 };
 
-// Evaluate lines, each of which cuts the edges that it crosses. For each line, return the total area of the approximate
-// convex hulls of the connected parts; the longest diagonal of an axis-aligned bounding rectangle of a part; and the
-// total length of the cut edges.
+// Evaluate lines, each of which cuts the edges that it crosses.
+// For each line, return the total area of the approximate convex hulls of the connected parts;
+// the longest diagonal of an axis-aligned bounding rectangle of a part; and the total length of the cut edges.
 //
-// A point is beyond line k if its scalar product with the normal of the line exceeds the offset of the line. Only the
-// `outer` points and the ends of cut edges can be on a hull. The vertices of an approximate hull are the extreme points
-// in the directions `outwards`, (2, 4 n): unit vectors at equal angles, beginning with (1, 0).
+// A point is beyond line k if its scalar product with the normal of the line exceeds the offset of the line.
+// Only the `outer` points and the ends of cut edges can be on a hull.
+// The vertices of an approximate hull are the extreme points in the directions `outwards`, (2, 4 n):
+// unit vectors at equal angles, beginning with (1, 0).
 inline CutLineValues evaluate_cut_lines(Matrix<const double> points, Matrix<const Index> ends,
                                         View<const double> length, View<const bool> outer,
                                         Matrix<const double> normal, View<const double> offset,

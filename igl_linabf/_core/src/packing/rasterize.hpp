@@ -32,8 +32,8 @@ class Zeros {
     }
 };
 
-// The changes of a counter from each cell of a row to the next cell, and a bitmap of the cells with changes. Each row
-// has one additional column at its end.
+// The changes of a counter from each cell of a row to the next cell, and a bitmap of the cells with changes.
+// Each row has one additional column at its end.
 struct CellChanges {
     std::uint32_t* change;
     Word* marks;
@@ -52,9 +52,10 @@ inline Index clamped_ceiling(double x, Index most) {
     return below + (double(below) < x && below < most);
 }
 
-// Add the sides from a to b to the counters of cells. The counter of a cell is the winding number of the outline around
-// its centre, plus the number of sides whose distance from the cell is at most `half` in both coordinates. In each row,
-// only the part of a side within the distance `half` of the row counts.
+// Add the sides from a to b to the counters of cells.
+// The counter of a cell is the winding number of the outline around its centre,
+// plus the number of sides whose distance from the cell is at most `half` in both coordinates.
+// In each row, only the part of a side within the distance `half` of the row counts.
 inline void add_sides(View<const Complex> a, View<const Complex> b, View<const Index> weight, double half,
                       CellChanges cells) {
     for (Index s = 0; s < a.size; ++s) {
@@ -82,8 +83,8 @@ inline void add_sides(View<const Complex> a, View<const Complex> b, View<const I
     }
 }
 
-// Append the rectangular blocks of the cells whose counter is not 0, and clear the changes. The work space `last`,
-// (columns + 1,), stores the last block that begins at each column.
+// Append the rectangular blocks of the cells whose counter is not 0, and clear the changes.
+// The work space `last`, (columns + 1,), stores the last block that begins at each column.
 inline void append_blocks(CellChanges cells, View<Index> last, std::vector<CellBlock>& blocks) {
     std::fill(last.begin(), last.end(), -1);
     for (Index row = 0; row < cells.rows; ++row) {
@@ -120,9 +121,11 @@ struct Masks {
     std::vector<Index> begin;
 };
 
-// Rasterize rotated outlines, widened by `half` in all four directions. Outline i has the sides sides[i] to sides[i +
-// 1] - 1. Mask k shows outline of[k], multiplied by turns[k], in the smallest grid that contains it. If turns[k] is the
-// opposite of turns[k - 1] for the same outline, the mask is the previous mask rotated by 180 degrees.
+// Rasterize rotated outlines, widened by `half` in all four directions.
+// Outline i has the sides sides[i] to sides[i + 1] - 1.
+// Mask k shows outline of[k], multiplied by turns[k], in the smallest grid that contains it.
+// If turns[k] is the opposite of turns[k - 1] for the same outline,
+// the mask is the previous mask rotated by 180 degrees.
 inline Masks rasterize(View<const Complex> start, View<const Complex> end, View<const Index> weight,
                        View<const Index> sides, View<const Complex> turns, View<const Index> of, double half) {
     Masks result;

@@ -61,8 +61,9 @@ inline void convex_hull(std::vector<Complex>& z, std::vector<Complex>& hull) {
     if (hull.size() > 1) hull.pop_back();  // the last corner repeats the first
 }
 
-// Return, for each group of points, the rotation that minimizes the area of its axis-aligned bounding rectangle, as a
-// unit complex number. The result for collinear points is 1.
+// Return, for each group of points, the rotation that minimizes the area of its axis-aligned bounding rectangle,
+// as a unit complex number.
+// The result for collinear points is 1.
 inline std::vector<Complex> min_rectangle_rotations(View<const Complex> z, View<const Index> start) {
     Directions outwards;
     for (std::size_t d = 0; d < HULL_DIRECTIONS; ++d) {
