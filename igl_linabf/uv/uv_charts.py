@@ -28,7 +28,7 @@ from ..surface import (
 
 LEAST_MIRRORED_SHARE = 0.25  # minimum share of an island that counts as mirrored instead of flipped
 SAME_POINT_TOL = 1e-6  # maximum distance between equal points of the map, over the largest coordinate
-PAIRS_AT_ONCE = 200_000  # overlapping pairs of triangles that are compared at once in a large pile of charts
+PAIRS_AT_ONCE = 200_000  # number of overlapping pairs of triangles in a batch, for large stacks of charts
 MIN_STACKED_SHARE = 0.9  # minimum share of both charts' areas that stacked charts have in common
 
 

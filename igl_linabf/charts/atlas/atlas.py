@@ -20,7 +20,7 @@ MAX_LISTED_CHARTS = 20  # maximum number of charts in the table of a notebook
 UNUSABLE_STRETCH = 10.0  # charts with more L2 stretch are cut further or, if uncut, reported
 STRETCH_ROUNDING = 1e-9  # relative tolerance for rounding in `max_stretch`
 ISOMETRY_ENERGY = 4.0  # symmetric Dirichlet energy s1^2 + s2^2 + s1^-2 + s2^-2 of an isometry
-MAX_SEAM_MISMATCH = 1e-4  # largest `seam_mismatch` at which textures continue across the seams of cones
+MAX_SEAM_MISMATCH = 1e-4  # maximum `seam_mismatch` for textures that continue across the seams of cones
 
 
 @dataclass(frozen=True, eq=False, repr=False)

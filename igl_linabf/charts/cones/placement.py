@@ -302,7 +302,7 @@ def _quantise_curvatures(place: ConeComponent, scale: ConeScale) -> QuantisedCur
 
 
 def _measure_strain(place: ConeComponent, scale: ConeScale) -> FloatArray:
-    """Return the excess of each cone's angle over the range that suits its faces, radians."""
+    """Return how far the angle of each cone exceeds the range that suits its faces, radians."""
     angle = 2 * np.pi - scale.curvature
     return np.maximum(MIN_CONE_ANGLE - angle, angle - MAX_ANGLE_AT_CONE * place.valence[scale.nodes])
 

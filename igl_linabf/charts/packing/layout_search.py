@@ -26,7 +26,7 @@ COARSE_GRID = 64  # cells along the page's side when the rotations of charts are
 FINE_GRID = 448  # cells along the page's side in the final layout
 # Try the next coarse layout if the side of the fine layout exceeds the best coarse side by this factor.
 CLOSE_SIDE = 1.02
-FINE_SLACK = 0.002  # relative enlargement of the page of a fine trial, doubled in each further trial
+FINE_SLACK = 0.002  # relative enlargement of the page in the first fine trial; doubled in each further trial
 MAX_FINE_TRIALS = 8  # number of trials of a layout on the fine grid
 SIDE_HALVINGS = 7  # number of bisection steps that minimise the side of the pages
 MAX_SIDE_RATIO = 1e3  # maximum side over its lower bound; at larger sides, the gaps leave no room

@@ -9,7 +9,7 @@ from ..features import CreasedSurface
 from . import constants
 
 MAX_PROJECTED_LOSS = 1e-4  # maximum share of a plane's area that is lost when its faces are projected
-MIN_OVERLAPPING_HEIGHT = 1e-12  # ignore overlaps of faces with at most this height, relative to the extent
+MIN_OVERLAPPING_HEIGHT = 1e-12  # overlaps of faces with less height, relative to the extent, are ignored
 MAX_CREASES_OF_PAIR = 8  # maximum number of creases that are tried to join two panels
 UNFILLED_SHARE = 0.0015  # weight of page area when panels are joined, relative to its weight in `AtlasCost`
 PAGE_OVER_AREA = 2.0  # area of the page, relative to the area of the component

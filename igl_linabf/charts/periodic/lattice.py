@@ -4,7 +4,7 @@ import numpy as np
 
 from ..._types import ComplexArray, FloatArray, IntArray
 
-BEAM_WIDTH = 256  # number of partial choices that the beam search keeps
+BEAM_WIDTH = 256  # number of partial solutions that the beam search keeps
 
 # The complex integer 0 and the 8 complex integers around it.
 NEIGHBOURHOOD = np.array([a + 1j * b for a in (-1, 0, 1) for b in (-1, 0, 1)])

@@ -14,7 +14,7 @@ from .lattice import find_nearest_integers
 from .seam_shifts import FreeShifts, SeamSides, find_fans
 from .stiffness import Stiffness, build_displacement_energy, triangle_changes
 
-COST_OF_SHIFT = 0.01  # cost that is added to each shift, relative to the mean cost of a shift
+COST_OF_SHIFT = 0.01  # regularisation: cost added to each shift, relative to the mean cost of a shift
 # Minimum mean cost of a shift, as a share of the energy if only triangles at the seam moved.
 MIN_SHIFT_COST = 1e-7
 COLUMNS_AT_ONCE = 32  # number of right-hand sides that are solved in one call

@@ -13,7 +13,7 @@ from ...linalg import Solvers, solve_complex
 from ...surface import NEXT, PREV, signed_double_areas
 
 DIAGONAL_SHARE = 1e-8  # share of the diagonal that is added to the energy to make it definite
-MIN_AREA_OVER_LARGEST = 1e-8  # areas of triangles are raised to at least this share of the largest area
+MIN_AREA_OVER_LARGEST = 1e-8  # minimum area of a triangle, relative to the largest; smaller areas are raised
 SCALE_WEIGHT = 0.1  # weight of changes of scale and direction, relative to changes of angles
 
 

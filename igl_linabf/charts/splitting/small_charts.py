@@ -268,7 +268,7 @@ class _Rims:
             number = 1
             while goes[(k + number - 1) % len(loop)]:
                 number += 1
-            number = min(number, len(loop) - 1)  # an open run: no vertex is repeated
+            number = min(number, len(loop) - 1)  # make the run open, so that no vertex is repeated
             edges = np.arange(k, k + number) % len(loop)
             own = np.concatenate((loop[edges], following[edges[-1:]]))
             of_host = np.concatenate((start[edges], end[edges[-1:]]))

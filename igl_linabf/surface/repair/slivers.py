@@ -14,7 +14,7 @@ ROUNDING_MARGIN = 16.0  # areas up to this multiple of their rounding error coun
 ARC_HEIGHT = 0.02
 ARC_HEIGHT_OF_SHORTEST_SIDE = 0.1
 
-FIRST_SHAKE = 1e-4  # initial random displacement, over the shortest side, of faces that arcs do not open
+FIRST_SHAKE = 1e-4  # initial random displacement, over the shortest side, where arcs do not suffice
 
 
 def side_lengths(V: FloatArray, F: IntArray) -> FloatArray:
