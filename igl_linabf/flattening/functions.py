@@ -43,7 +43,7 @@ from .result import Flattening, Guarantee, Outcome
 
 Fit = Literal["area", "lengths"]
 
-FIT_SOURCES = 250  # number of vertices from which distances are measured for fit="lengths"
+FIT_SOURCES = 250  # number of source vertices of distances for fit="lengths"
 MIN_UP_LENGTH = 0.01  # minimum length of the mean image of the unit direction `up` to turn the map
 MIRRORED_SHARE = 0.9  # pins are mirrored if at least this share of their triangles is reversed
 MOST_PINNED_TRIANGLES = 2000  # number of random triangles of pins for the orientation check
@@ -103,7 +103,7 @@ def linabf(
         0.03 for the steps that follow these solves, and 0.01 otherwise. With a given `rtol`, there are no
         corrections in the conformal metric.
     tol : float
-        Residual of the angle constraints, in radians, at which the iterations end.
+        Tolerance of the angle constraints, in radians.
     threshold : float
         If the angles around an interior vertex differ from 2 pi by more than this many radians, they are
         scaled to sum to 2 pi (section 4.2).

@@ -208,8 +208,8 @@ class Hole:
     rotation : float
         `|(m + 2) pi - sum of the angles|` at the m vertices, in radians. Zero if the loop turns once.
     scale : float
-        `|sum log sin(gamma) - log sin(beta)|` over the vertices of the loop. Zero if the loop ends at the
-        scale at which it starts.
+        `|sum log sin(gamma) - log sin(beta)|` over the vertices of the loop. Zero if the loop starts and ends
+        at the same scale.
     translation : float
         Distance from the end to the start of the loop when it is laid out, relative to its length.
     """
@@ -299,7 +299,7 @@ class Flattening:
     F : (#F, 3) int64
         The triangles.
     angles : (#F, 3) float64
-        Target angles in radians, from which the map was laid out.
+        Target angles of the layout, in radians.
     method : str
     outcome : Outcome
     message : str

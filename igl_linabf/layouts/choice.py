@@ -161,8 +161,8 @@ def layout(
         "boundary" draws the boundary loop from its angles; in the interior, both coordinates are harmonic.
         "least-squares" minimises the conformal energy from the triangles with these angles (section 5 of the
         paper). "greedy" places triangle after triangle (section 5). "auto" is "boundary" on a mesh without
-        holes if there are at most two pins, and the gap of the drawn loop is at most 2.5e-3 of its length.
-        Otherwise, "auto" is "least-squares".
+        holes if there are at most two pins, and the closure error of the boundary loop is at most 2.5e-3 of
+        its length. Otherwise, "auto" is "least-squares".
     outer : int, optional
         A vertex of the outer boundary loop; by default, the loop around all other loops. The
         default pins of "least-squares" are on this loop.

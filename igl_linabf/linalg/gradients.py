@@ -34,7 +34,7 @@ def conjugate_gradients(
     most : int
         Maximum number of steps.
     first_rtol : float, optional
-        Largest relative residual at which a block may stop after the first step; `rtol` by default.
+        Maximum relative residual for a block to stop after the first step; `rtol` by default.
     start : (#blocks + 1,) int64, optional
         First row of each block, followed by n; by default there is a single block.
 

@@ -112,7 +112,7 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
     tol : float
         Largest residual to reach.
     below : float
-        Residual below which corrections begin.
+        Corrections begin if the residual is smaller.
     """
     least_norm, conformal = state.lin, None
     if not state.at.residual.largest < below:

@@ -296,7 +296,7 @@ def solve(
     start : float64 array, optional
         Initial multipliers; `rtol` is then relative to their residual.
     first_rtol : float, optional
-        Relative residual at which conjugate gradients may end after a single step.
+        Maximum relative residual for conjugate gradients to end after a single step.
     """
     if lin.precondition is None and lin.whole is None:
         return exact_direction(np.zeros_like(at.alpha), np.empty(0), lin)

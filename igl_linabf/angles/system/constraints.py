@@ -25,7 +25,7 @@ class ClosedPath:
     """A closed path of edges along which scale and direction have to return to their initial values.
 
     The *left fans* of the path are the corners to its left at its vertices. Over them, the logarithms of the
-    ratios of successive edge lengths sum to zero, so that the path ends at the scale at which it starts. The
+    ratios of successive edge lengths sum to zero, so that the path starts and ends at the same scale. The
     exterior angles, pi minus the sum of the left fan, sum to `turning`.
 
     Attributes

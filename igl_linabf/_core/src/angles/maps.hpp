@@ -4,7 +4,7 @@
 
 namespace angles {
 
-constexpr double SYMMETRIC_MOMENT = 1e-9;  // relative moment below which a map counts as symmetric
+constexpr double SYMMETRIC_MOMENT = 1e-9;  // a map with a smaller relative moment counts as symmetric
 
 inline Complex map_point(Values uv, Index v) {
     check_index(v, uv.rows);
