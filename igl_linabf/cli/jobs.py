@@ -160,7 +160,7 @@ def _run_job(command: Command, job: Job) -> int:
     if job.picture:
         from .. import plot  # noqa: F401  # raises with instructions if pyvista is missing
     with contextlib.ExitStack() as stack:
-        if not isinstance(job.given, str):  # one progress bar, which ends before anything is printed
+        if not isinstance(job.given, str):  # several inputs share one progress bar
             stack.enter_context(show_progress(False if job.quiet or job.json else None))
         mesh = stack.enter_context(_spool_standard_input()) if job.mesh == STDIO else job.mesh
         return command(replace(job, mesh=mesh))

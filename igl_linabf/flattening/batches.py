@@ -37,7 +37,7 @@ from .result import Attempt, Findings, Flattening, Residuals, Status, determine_
 
 @dataclass(frozen=True, eq=False)
 class LinearBatch:
-    """Disks after the linear step and its chord, with their maps.
+    """Disks after a linear step and a chord step with the same matrix, with their maps.
 
     Attributes
     ----------

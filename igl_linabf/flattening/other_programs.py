@@ -63,7 +63,7 @@ def installed_programs() -> list[str]:
 
 
 def run_program(name: str, V: FloatArray, F: IntArray) -> tuple[FloatArray, float]:
-    """Return the map of a program, (#V, 2), and its time in seconds.
+    """Run an external program; return its map, (#V, 2), and its running time in seconds.
 
     Raises
     ------

@@ -41,7 +41,7 @@ class Outcome(str, Enum):
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """The properties of a map and its angles that determine the outcome.
+    """The measurements of a map and its angles that determine the outcome of the flattening.
 
     Attributes
     ----------

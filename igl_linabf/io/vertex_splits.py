@@ -103,7 +103,7 @@ def split_with_stable_indices(mesh: MeshFile, normals: bool = False) -> SplitVer
 
 
 def find_unique_tuples(*indices: IntArray) -> tuple[list[IntArray], IntArray]:
-    """Return the distinct tuples of several indices, one array per index, and the tuple at each position."""
+    """Return the unique rows of several index arrays, an array per column, and the row at each position."""
     key = indices[0]
     for index in indices[1:]:  # compress the keys after each index to avoid overflow
         key = key * (int(index.max(initial=0)) + 1) + index

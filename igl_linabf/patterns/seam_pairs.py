@@ -75,7 +75,7 @@ class Sides:
 
 @dataclass(frozen=True, eq=False)
 class SeamSides:
-    """The sides of outlines along both parts of a seam.
+    """The outline edges along the two copies of a seam.
 
     Attributes
     ----------

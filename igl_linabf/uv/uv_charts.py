@@ -202,7 +202,7 @@ class UVCharts:
 
     @cached_property
     def overlaps(self) -> tuple[IntArray, IntArray]:
-        """Pairs of triangles (#P, 2) that overlap by accident, and the first chart of each chart's stack.
+        """Pairs of triangles (#P, 2) that overlap by accident, and the first chart stacked with each chart.
 
         Two charts are stacked if each covers most of the other. A chart that is not stacked is a stack by
         itself. Of charts with the same triangles, only the first chart is compared with other charts. If more

@@ -145,7 +145,7 @@ def _unwrap_quietly(mesh: GivenMesh, packing: Packing) -> UnwrappedMesh:
 
 
 def _split_at_seams(mesh: GivenMesh, atlas: UnwrappedMesh) -> PackedMesh:
-    """Return a vertex for each pair of a given vertex and its texture coordinates, chart by chart."""
+    """Return an output vertex for each pair of input vertex and texture coordinates, chart by chart."""
     n = len(mesh.V)
     pairs, corner = np.unique(np.asarray(atlas.FTC) * n + mesh.F, return_inverse=True)
     indices = corner.reshape(mesh.F.shape)

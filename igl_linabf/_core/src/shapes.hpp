@@ -44,7 +44,7 @@ class ShapeRules {
     }
 
   public:
-    // The values that the letters of the rules have during a call.
+    // The sizes bound to the symbols of the shape rules during one call.
     class Call {
         const ShapeRules& rules;
         Index value[128];

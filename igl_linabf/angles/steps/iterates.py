@@ -32,7 +32,7 @@ class DiskBlocks:
 
     @classmethod
     def of(cls, constraints: Constraints, disks: Disks) -> DiskBlocks:
-        """Return the blocks of several disks, whose interior vertices have one row each, in order."""
+        """Return the matrix blocks of several disks: one row per interior vertex, in vertex order."""
         before = np.concatenate(([0], np.cumsum(disks.topology.interior)))
         return cls(Ragged(before[disks.vertices.start]), disks.faces)
 

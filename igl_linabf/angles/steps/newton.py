@@ -18,7 +18,7 @@ ANCHORED_RTOL = 0.03  # relative residual of conjugate gradients in anchored ste
 SLOW_STEP = 0.7  # a step is slow if its change exceeds this share of the smallest change so far
 LEAST_ANCHORED_RTOL = 0.003  # minimum relative residual of conjugate gradients after slow steps
 NEARLY_LINEAR = 1.0  # solve slow steps more accurately if all relative changes of angles are smaller
-MAX_ANCHORED_STEPS = 30  # maximum number of anchored steps, and half the maximum number of feasible steps
+MAX_ANCHORED_STEPS = 30  # maximum number of anchored steps; feasible steps may be twice as many
 MAX_SLOW_STEPS = 9  # maximum number of consecutive slow steps
 
 # Bounds of the angles

@@ -21,7 +21,7 @@ def iterate_to_prescribed_sums(state: State, rtol: float, tol: float, most: int)
     on circles depend on the current edge lengths. Therefore, each step aims at the predicted sums.
     """
     constraints = state.problem.constraints
-    if len(constraints.circles) > 1:  # lengths around a hole are meaningless before its loop closes
+    if len(constraints.circles) > 1:  # lengths around a hole mean nothing unless its loop closes
         fixed = replace(state.problem, constraints=replace(constraints, circles=()))
         closed = iterate_to_prescribed_sums(
             State(fixed, fixed.at(state.at.alpha), state.steps),

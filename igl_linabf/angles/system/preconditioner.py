@@ -43,7 +43,7 @@ def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_arr
 
 @dataclass(frozen=True, eq=False)
 class Slivers:
-    """The rows of S at slivers, where P_t and s_t K_t differ strongly, with the analysis of their system.
+    """The rows of S for sliver triangles, and the symbolic factorisation of their linear system.
 
     Attributes
     ----------

@@ -32,9 +32,9 @@ from .quantisation import QuantisedCurvatures, quantise_holonomy
 from .scale import ConeScale
 from .seams import find_seam
 
-# Minimum number of nodes for which linear ABF is preconditioned with the factored Laplacian of the cones.
+# Minimum number of nodes for which linear ABF reuses the Laplacian factored to place cones.
 MIN_KNOWN_FACTOR_NODES = 5_000
-# Maximum share of negative cotangent weights for which linear ABF is preconditioned with that Laplacian.
+# Maximum share of negative cotangent weights for which linear ABF reuses the Laplacian of the cones.
 MAX_KNOWN_FACTOR_THIN_SHARE = 0.15
 MAX_ANGLE_RESIDUAL = 0.5  # error of the angle sums, radians, above which no map with the cones exists
 

@@ -66,7 +66,7 @@ class QuantisedCurvatures:
 
     @cached_property
     def quarters_for_stretch(self) -> IntArray:
-        """Curvature of each cone in quarter turns: rounded, then exchanged while the stretch falls."""
+        """Cone curvatures in quarter turns: rounded, then moved between cones to reduce the stretch."""
         exact, least = self.scale.curvature / QUARTER_TURN, self.least
         k = np.clip(np.round(exact).astype(np.int64), least, MAX_QUARTERS)
         if not self._has_boundary:

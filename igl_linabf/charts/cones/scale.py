@@ -51,7 +51,7 @@ class ConeScale:
 
     @classmethod
     def of(cls, piece: ClosedSurface, first: int | None = None) -> ConeScale:
-        """Return the scale with no cone except the ground.
+        """Return the conformal scale without cones; it is zero at the grounded node.
 
         On a closed surface, the ground is `first` or, by default, the node where the logarithm of the scale
         that distributes the curvature evenly is farthest from its mean.

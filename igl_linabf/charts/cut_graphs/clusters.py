@@ -235,7 +235,7 @@ def _remove_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[In
     both = np.empty((n, 2), dtype=np.int64)  # first and last edge of each face: the last assignment wins
     both[of[::-1], 0], both[of, 1] = at[::-1], at
     strip = connected_labels(both[digon], len(edge))
-    outer = ~digon[sides]  # an open strip has two outer sides, a closed strip has none
+    outer = ~digon[sides]  # the ends of strips: two in an open strip, none in a closed one
     closed = np.bincount(strip, outer.sum(axis=1)) == 0
     if closed.any():  # two clusters cover a sphere: keep all edges between the clusters
         return edge, sides

@@ -59,7 +59,7 @@ def solve_log_scale(closed: ClosedSurface, fixed: IntArray, curvature: FloatArra
 
 
 def _solve_trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> FloatArray:
-    """Return the trace w of the strain, which has the least mean square, by conjugate gradients.
+    """Compute the strain trace w of least mean square by conjugate gradients.
 
     L w = -K holds outside the nodes `fixed`; the unknowns are the values of w at `fixed`. A hole is one node,
     but w varies along its boundary; therefore the nodes adjacent to holes are unknowns, too.

@@ -17,7 +17,7 @@ from .visibility import hiding_factors
 
 PLANE_BEND = 1e-3  # maximum dihedral angle, radians, between coplanar faces
 MIN_CHART_HEIGHT = 1e-12  # minimum height of a face, over its longest side, that double precision can map
-MIN_DISK_CURVATURE = 0.02  # minimum sum of squared curvatures, in full turns, of a disk with panels
+MIN_DISK_CURVATURE = 0.02  # disks with a smaller sum of squared curvatures, in full turns, get no panels
 
 MIN_PLANE_SHARE = 1e-3  # minimum area of a large plane, as a share of the component's area
 PLANE_OVER_NEIGHBOURS = 2.0  # minimum area of a large plane, over the area of any smoothly adjacent plane

@@ -114,7 +114,7 @@ class ChartMasks:
         )
 
     def place(self, side: int, pages: int, spans: IntArray) -> tuple[IntArray, IntArray]:
-        """Place charts one after another, each at one of the masks of its span, on at most `pages` pages.
+        """Place charts one after another, each with one of its candidate masks, on at most `pages` pages.
 
         A page has `side` cells along it.
 

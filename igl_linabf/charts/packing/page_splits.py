@@ -28,10 +28,10 @@ MAX_PAGE_CUTS = 8  # maximum number of cuts to fill a page better
 LINE_DIRECTIONS = 8  # number of directions of the lines along which a chart may be cut
 LINES_ACROSS = 7  # lines in each direction, evenly spaced across the chart
 MAX_PACKED_LINES = 8  # number of most promising lines whose parts are packed
-MAX_SEAM_LINES = 3  # number of best lines that are replaced by the shortest seam nearby
+MAX_SEAM_LINES = 3  # number of candidate cut lines that are refined to the shortest seam nearby
 # Expected length of the shortest seam near a line, over the length of the edges that the line crosses.
 SEAM_PER_LINE = 0.8
-LINE_TOLERANCE = 1.1  # try the seam near a line if the cost of the line is within this factor of the limit
+LINE_TOLERANCE = 1.1  # try a seam near a line that costs at most this multiple of the allowed cost
 BEST_FILL = 0.77  # maximum fill that can be expected of a page
 PAGE_PER_HULL = 1.25  # expected area of the page over the area of the convex hulls of its charts
 PAGE_PER_DIAGONAL = 0.7  # side of a page with one chart, over the diagonal of the chart's bounding rectangle

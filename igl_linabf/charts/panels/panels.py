@@ -28,7 +28,7 @@ from . import constants
 from .unfolding import compute_overlap_depths, find_joints, find_upright_turns, unfold
 
 PANEL_ANGLE = np.deg2rad(5.0)  # minimum dihedral angle of an edge that separates panels
-MAX_CREASE_GAP = 1e-5  # maximum closure error at a joined crease, relative to the extent of the component
+MAX_CREASE_GAP = 1e-5  # maximum gap between two panels joined at a crease, relative to the component's extent
 # Maximum depth of overlaps relative to the extent, due to the rounding of single-precision coordinates.
 MAX_OVERLAP_DEPTH = 2e-6
 # Tolerance for equal motions: of the rotation in radians, of the translation relative to the extent.

@@ -11,7 +11,7 @@ from . import constants
 MAX_PROJECTED_LOSS = 1e-4  # maximum share of a plane's area that is lost when its faces are projected
 MIN_OVERLAPPING_HEIGHT = 1e-12  # overlaps of faces with less height, relative to the extent, are ignored
 MAX_CREASES_OF_PAIR = 8  # maximum number of creases that are tried to join two panels
-UNFILLED_SHARE = 0.0015  # weight of page area when panels are joined, relative to its weight in `AtlasCost`
+UNFILLED_SHARE = 0.0015  # joining panels weighs unused page area by this multiple of `AtlasCost`
 PAGE_OVER_AREA = 2.0  # area of the page, relative to the area of the component
 PAGE_OVER_SQUARED_LENGTH = 0.6  # minimum area of the page, over the squared length of the longest panel
 
@@ -40,7 +40,7 @@ def unfold(creased: CreasedSurface, joined: BoolArray) -> ComplexArray:
 
 
 def _project_to_planes(creased: CreasedSurface, joined: BoolArray) -> tuple[ComplexArray, IntArray]:
-    """Return the corners of each face in the coordinates of its plane, (#F, 3), and the plane's number."""
+    """Return the complex coordinates of each face's corners in its plane, (#F, 3), and the plane's index."""
     surface, m = creased.surface, len(creased.surface.F)
     double_area = surface.measured[0]
     plane = connected_labels(creased.faces[joined & creased.in_one_plane], m)

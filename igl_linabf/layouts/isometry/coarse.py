@@ -112,7 +112,7 @@ class CoarseHessians:
         return slope, self._factor(sums)
 
     def _factor(self, sums: FloatArray) -> Factor:
-        """Factor the Hessian on the grid; the factor solves for gradients and displacements on the mesh."""
+        """Factor the Hessian on the grid; its solve turns a gradient into a displacement on the mesh."""
         on_diagonal = np.array([i == j for i, j in self._pairs])
         # springs let nodes of cells with few triangles follow their neighbours
         stiffness = EMPTY_CELL_STIFFNESS * sums[:, on_diagonal][..., [0, 3]].mean()

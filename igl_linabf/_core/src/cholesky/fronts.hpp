@@ -148,7 +148,7 @@ inline Index factor_front(double* L, Index width, Index size, double* U, Index r
     return -1;
 }
 
-// Count the first of the n rows of a child's update matrix that belong to the `width` columns eliminated in its parent.
+// Count the leading rows, of n, of a child's update matrix that are among the `width` columns eliminated in its parent.
 inline Index count_eliminated_rows(const FrontIndex* to, Index n, Index width) {
     return std::find_if(to, to + n, [=](FrontIndex row) { return row >= width; }) - to;
 }

@@ -218,8 +218,8 @@ SteinerPaths steiner_paths(View<const Int> indptr, View<const Int> indices, View
     return result;
 }
 
-// Return the shortest set of excursions that together cross all curves an odd number of times,
-// or an empty set. found[bits] is the length of the shortest excursion that crosses exactly the curves
+// Return the shortest set of closed walks that together cross each curve an odd number of times,
+// or an empty set. found[bits] is the length of the shortest closed walk that crosses exactly the curves
 // in `bits` an odd number of times.
 inline std::vector<Index> choose_excursions(const std::vector<double>& found) {
     const Index all = Index(found.size()) - 1;

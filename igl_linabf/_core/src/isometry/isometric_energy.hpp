@@ -1,4 +1,5 @@
-// The energy of isometric maps: its value in each triangle, gradient, convexified Hessian, and singularities.
+// The distortion energy of nearly isometric maps: its value in each triangle, gradient, convexified Hessian, and the
+// step sizes at which triangles degenerate.
 //
 // The map w -> p w + q conj(w) of a triangle from its own plane has the singular values |p| + |q| and |p| - |q|.
 // With A = |p|^2, B = |q|^2 and J = A - B, the energy is E = c a^weight.
