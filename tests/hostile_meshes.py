@@ -142,6 +142,7 @@ PLACE = re.compile(
     r"|^(igl-linabf: )?the mesh (is closed|has \d)"  # the whole mesh
     r"|\S\.(obj|off|ply|stl)\b"  # a file name
     r"|: it is left out$"  # another program, which `compare` runs on the whole mesh
+    r"|: the whole system is factored instead$"  # a fallback of the linear solver, which concerns all faces
 )
 
 
