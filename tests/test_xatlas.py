@@ -338,3 +338,8 @@ def test_trimesh_calls_it_in_place_of_xatlas(monkeypatch) -> None:
     mesh = trimesh.Trimesh(V, F, process=False).unwrap()
     assert (mesh.vertices == V[vmapping]).all() and (mesh.faces == indices).all()
     assert (mesh.visual.uv == uvs).all()
+
+
+def test_types_of_charts_have_the_numbers_of_xatlas() -> None:
+    names = ("Planar", "Ortho", "LSCM", "Piecewise", "Invalid")
+    assert [int(getattr(xatlas.ChartType, name)) for name in names] == [0, 1, 2, 3, 4]

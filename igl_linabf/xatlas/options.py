@@ -24,6 +24,10 @@ class ChartType(Enum):
     Piecewise = 3
     Invalid = 4
 
+    def __int__(self) -> int:
+        """Return the number of the type in xatlas."""
+        return int(self.value)
+
 
 @dataclass(slots=True)
 class ChartOptions:
