@@ -9,6 +9,7 @@ import psutil
 from ..errors import MemoryLimitError
 
 BYTES_PER_FACE = 1000  # peak memory per face of a map without factors, see benchmarks/memory.py
+BYTES_PER_HOLE_AND_ROW = 60  # peak memory of the dense Schur columns of an uncut hole, per vertex constraint
 FILL = 4.5  # entries of the factor of a planar n by n Laplacian, over n log2(n); see benchmarks/memory.py
 MIN_QUERIED_BYTES = 2**25  # query the free memory only for larger allocations
 
@@ -41,14 +42,19 @@ def has_free_memory(wanted: int) -> bool:
     return free is None or wanted <= free
 
 
-def check_memory(faces: int, factor: int) -> None:
-    """Raise a `MemoryLimitError` if a map of `faces` faces and a factor of `factor` bytes do not fit."""
-    wanted = BYTES_PER_FACE * faces + factor
+def check_memory(faces: int, factor: int, holes: int = 0, rows: int = 0) -> None:
+    """Raise a `MemoryLimitError` if a map of `faces` faces and a factor of `factor` bytes do not fit.
+
+    Each of the `holes` has dense Schur columns with an entry for each of the `rows`, the vertex constraints.
+    """
+    wanted = BYTES_PER_FACE * faces + factor + BYTES_PER_HOLE_AND_ROW * holes * rows
     if not has_free_memory(wanted):
+        what = f"{faces:,} faces with {holes:,} holes" if holes else f"{faces:,} faces"
+        fill = "fill small holes, " if holes else ""
         raise MemoryLimitError(
-            f"{faces:,} faces take about {format_gigabytes(wanted)}, but only "
-            f"{format_gigabytes(free_memory() or 0)} are free: decimate the mesh (igl.qslim), cut it into "
-            "parts (igl_linabf.cut), or use a machine with more memory"
+            f"{what} take about {format_gigabytes(wanted)}, but only "
+            f"{format_gigabytes(free_memory() or 0)} are free: {fill}decimate the mesh (igl.qslim), cut it "
+            "into parts (igl_linabf.cut), or use a machine with more memory"
         )
 
 

@@ -68,6 +68,17 @@ def test_a_mesh_that_does_not_fit_into_memory_is_rejected_with_an_estimate(bytes
         flatten(V, F, method=LinABF(layout="least-squares"))
 
 
+def test_the_estimate_includes_the_columns_of_many_holes(bytes_free) -> None:
+    n, step = 41, 4
+    V, F = igl.triangulated_grid(n, n)
+    row, column = np.floor(V[F].mean(axis=1) * (n - 1)).astype(int).T % step
+    V, F = igl.remove_unreferenced(V, F[(row != 1) | (column != 1)])[:2]
+    V = np.column_stack((V, 0.1 * np.sin(9 * V[:, 0])))
+    bytes_free(memory.BYTES_PER_FACE * len(F) + memory.factor_bytes(len(V), 2) + 50 * 100 * len(V))
+    with pytest.raises(MemoryLimitError, match=r"3,000 faces with 100 holes take about .*: fill small holes"):
+        flatten(V, F)
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of the address space are Linux's")
 @pytest.mark.parametrize(
     ("limit", "says"),

@@ -154,10 +154,10 @@ def initial_problem(
         if ears is not None:
             mesh, pinned = ears.rest, None
             shape = resolve_shape(mesh, shape.name, None)
-        least_squares = (
-            options.layout == "least-squares" or len(mesh.topology.loops) > 1 or shape_is_pinned(pinned)
-        )
-        check_memory(len(mesh.double_area), factor_bytes(mesh.topology.n, 2) if least_squares else 0)
+        holes, rows = len(mesh.topology.loops) - 1, mesh.topology.n
+        least_squares = options.layout == "least-squares" or holes > 0 or shape_is_pinned(pinned)
+        factor = factor_bytes(rows, 2) if least_squares else 0
+        check_memory(len(mesh.double_area), factor, holes, rows)
     with time_stage("assembly"):
         own = build_constraints(mesh.topology, shape.sums, circles=shape.circles)
         constraints = own if uncut is None else uncut
