@@ -139,7 +139,7 @@ PLACE = re.compile(
     # indices of elements of the mesh, or rows and lines of a file
     r"\b(faces?|vertex|vertices|edges?|chart|row|line) \[?-?\d"
     r"|^(igl-linabf: )?(V|F|uv|angles|b|bc|outer|pins?) (has|have|is|are|holds?) "  # an argument
-    r"|^(igl-linabf: )?the mesh (is closed|has \d)"  # the whole mesh
+    r"|^(igl-linabf: (warning: )?)?the (mesh is closed|mesh has \d|map has an L2)"  # the whole mesh or map
     r"|\S\.(obj|off|ply|stl)\b"  # a file name
     r"|: it is left out$"  # another program, which `compare` runs on the whole mesh
     r"|: the whole system is factored instead$"  # a fallback of the linear solver, which concerns all faces
