@@ -419,8 +419,7 @@ def test_invalid_labels_are_refused(labels: object, said: str) -> None:
 @pytest.mark.slow
 def test_bumpy_surfaces_get_even_texels_by_more_seams(monkeypatch) -> None:
     monkeypatch.syspath_prepend(ROOT / "benchmarks")
-    generated = importlib.import_module("generated").generated
-    V, F = generated("box", 96, 0.03, 1)
+    V, F = importlib.import_module("generated").generate_mesh("box", 96, 0.03, 1)
     few, even = (unwrap(V, F, charts=ChartOptions(trade=trade), method="isometric") for trade in (2.0, 6.0))
     assert even.good
     assert few.seam_length < even.seam_length
