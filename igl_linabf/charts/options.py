@@ -18,6 +18,7 @@ from .seams import TRADE, SeamSearch, check_trade
 
 # Maximum expected L2 stretch beyond 1 of the isometric map of an uncut piece, at the default `trade`.
 UNEVEN_STRETCH = 0.03
+MEASURED_OVER_EXPECTED = 8.0  # maximum measured stretch beyond 1 of an isometric map, over the expected one
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +38,8 @@ class ChartOptions:
         Add the seams that are missing in `seams=`, to open handles and closed pieces and to reduce stretch.
     max_stretch : float, optional
         Cut charts, also along edges that are not in `seams=`, until the L2 stretch of each chart is at most
-        `max_stretch`, which is at least 1. By default stretch is only weighed against the length of seams.
+        `max_stretch`, which is at least 1. By default stretch is weighed against the length of seams; only
+        charts with an L2 stretch above 10, or above 1.24 for isometric maps at the default `trade`, are cut.
     max_dirichlet : float, optional
         Bound on the mean symmetric Dirichlet energy of the whole atlas: the mean of s1^2 + s2^2 + s1^-2 +
         s2^-2 over the area, which is 4 for an isometry, or 4 times `Quality.symmetric_dirichlet`. The bound
@@ -203,7 +205,8 @@ class ChartRules:
         """Maximum L2 stretch of a chart that is not cut further."""
         if self.max_stretch is not None:
             return self.max_stretch * (1 + STRETCH_ROUNDING)
-        return UNUSABLE_STRETCH if self.may_find_seams else np.inf
+        measured = 1 + MEASURED_OVER_EXPECTED * (self.even_stretch - 1)
+        return min(UNUSABLE_STRETCH, measured) if self.may_find_seams else np.inf
 
     @property
     def even_stretch(self) -> float:

@@ -435,3 +435,15 @@ def test_the_default_margin_leaves_room_for_many_charts() -> None:
     assert unwrap(V, F).fill > 0.8
     wide = unwrap(V, F, packing=Packing(margin=0.005))
     assert wide.fill < 0.7  # a margin that is given is kept
+
+
+def test_isometric_atlases_of_bodies_with_many_spikes_have_even_texels() -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 4)
+    V /= np.linalg.norm(V, axis=1)[:, None]
+    tips = np.random.default_rng(3).normal(size=(60, 3))
+    tips /= np.linalg.norm(tips, axis=1)[:, None]
+    V *= 1 + 4 * np.clip(((V @ tips.T).max(axis=1) - 0.99) / 0.01, 0, 1)[:, None]
+    atlas = unwrap(V, F, method="isometric")
+    assert atlas.good
+    assert atlas.quality.stretch_l2 < 1.1
+    assert atlas.quality.texel_spread < 3
