@@ -22,7 +22,7 @@ from ..surface import (
     cleaned_surface,
     coincident_edges,
     complex_positions,
-    signed_double_areas,
+    flipped_faces,
     wrap_sound_surface,
 )
 from . import constants
@@ -251,11 +251,12 @@ def _pack_with_period(
     surface: Submesh, charts: list[tuple[Chart, Submesh]], request: PackingRequest, period: float
 ) -> Atlas:
     """Pack charts so that seams of cones match after shifts by multiples of a period."""
+    spacing = request.spacing.for_charts(len(charts))
 
     def pack(room: float) -> Atlas:
-        return _make_atlas(surface, charts, replace(request, spacing=request.spacing.widen(room)))
+        return _make_atlas(surface, charts, replace(request, spacing=spacing.widen(room)))
 
-    return shift_by_period(surface, pack, [piece for _, piece in charts], period, request.spacing.gap)
+    return shift_by_period(surface, pack, [piece for _, piece in charts], period, spacing.gap)
 
 
 def _set_scales(
@@ -281,10 +282,7 @@ def _warn_of_repairs(cleaned: Cleaned) -> None:
 
 def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
     """Warn if boundary edges coincide: vertices are usually doubled at the seams of an older map."""
-    topology = surface.topology
-    rim = topology.edges[topology.sides[1] < 0]
-    if not len(rim):
-        return
+    rim = surface.topology.boundary_edges
     # count an edge that a repair has cut as one edge
     given, first = np.unique(np.sort(cleaned.origin[rim], axis=1), axis=0, return_index=True)
     doubled = np.unique(given[coincident_edges(surface.V, rim[first])])
@@ -366,8 +364,7 @@ def _make_atlas(
         scale = vertices.repeat(np.array([chart.scale for chart in charts]))[:, None]
         quality = measure_quality(whole, flat / scale, sum(chart.overlapping for chart in charts))
     else:  # packing a single chart changes its quality only if faces collapse on the page
-        flips = ~(signed_double_areas(complex_positions(TC), FTC.T) > 0)
-        quality = replace(charts[0].quality, flips=int(np.count_nonzero(flips)))
+        quality = replace(charts[0].quality, flips=len(flipped_faces(complex_positions(TC), FTC.T)))
     return Atlas(
         TC=TC,
         FTC=FTC,

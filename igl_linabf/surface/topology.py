@@ -125,6 +125,11 @@ class Topology:
         """Indices of the interior edges, which have two faces."""
         return np.flatnonzero(self.sides[1] >= 0)
 
+    @property
+    def boundary_edges(self) -> IntArray:
+        """End vertices of the boundary edges, (#B, 2); the faces are on their left."""
+        return self.edges[self.sides[1] < 0]
+
     @cached_property
     def edges_inside(self) -> IntArray:
         """End vertices of the interior edges, (#I, 2)."""

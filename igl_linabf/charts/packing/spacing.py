@@ -61,8 +61,8 @@ class Spacing:
         return self.limit_gap(DEFAULT_MARGIN_OF_CELL / np.sqrt(number)) if self.is_default else self
 
     def widen(self, by: float) -> Spacing:
-        """Return the spacing with `by` added on all sides."""
-        return replace(self, gap=self.gap + by, border=self.border + by)
+        """Return the spacing with `by` added on all sides, for any number of charts."""
+        return replace(self, gap=self.gap + by, border=self.border + by, is_default=False)
 
     def limit_gap(self, gap: float) -> Spacing:
         """Return the spacing, scaled down if necessary so that the gap is at most `gap`."""

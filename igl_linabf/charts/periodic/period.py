@@ -45,7 +45,7 @@ def _are_near(TC: FloatArray, pieces: list[Submesh], gap: float) -> bool:
     """Return True if the boundaries of two charts are closer than `gap`."""
     maps = np.split(TC, np.cumsum([len(piece.V) for piece in pieces])[:-1])
     rims = [
-        shapely.multilinestrings(shapely.linestrings(uv[piece.topology.edges[piece.topology.sides[1] < 0]]))
+        shapely.multilinestrings(shapely.linestrings(uv[piece.topology.boundary_edges]))
         for piece, uv in zip(pieces, maps, strict=True)
     ]
     nearer = gap * (1 - GAP_ROUNDING)

@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
+from ..._core import group_sides
 from ..._types import BoolArray, FloatArray, IntArray
 from ...errors import MAX_LISTED, MeshError, is_number, some
 from ..areas import find_faces_without_area
@@ -17,7 +18,7 @@ from ..arrays import check_finite, check_indices, distinct_corners, face_array, 
 from ..constants import SMALLEST_COORDINATE
 from ..submesh import Submesh
 from ..topology import connected_labels, face_components
-from .sheets import Sheets, separate_sheets
+from .sheets import Sheets, separate_sheets, side_ends
 from .slivers import collapse_short_sides, limit_obtuse_angles
 
 # Bounds of the largest coordinate, so that eighth powers of lengths neither overflow nor vanish.
@@ -31,8 +32,10 @@ LARGEST_WELDED_COORDINATE = 1e150  # larger coordinates would overflow in square
 def coincident_edges(V: FloatArray, edges: IntArray) -> BoolArray:
     """Mark the edges whose ends have the same two positions as those of another edge."""
     ends = merge_coincident(V, np.unique(edges))[edges]
-    _, place, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
-    return np.asarray(count[place.ravel()] > 1)
+    order, _, count = group_sides(*np.ascontiguousarray(ends.T), len(V))
+    shared = np.empty(len(edges), dtype=bool)
+    shared[order] = np.repeat(count > 1, count)
+    return shared
 
 
 def _is_unwelded(V: FloatArray, boundary: IntArray) -> bool:
@@ -42,9 +45,10 @@ def _is_unwelded(V: FloatArray, boundary: IntArray) -> bool:
 
 def _find_boundary(F: IntArray, n: int) -> IntArray:
     """Return the edges that belong to exactly one triangle; the triangles need not form a manifold."""
-    ends = np.sort(F[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    key, count = np.unique(ends[:, 0] * n + ends[:, 1], return_counts=True)
-    return np.column_stack(np.divmod(key[count == 1], n))
+    tail, head = side_ends(F)
+    order, begin, count = group_sides(tail, head, n)
+    rim = order[begin[count == 1]]
+    return np.column_stack((tail[rim], head[rim]))
 
 
 def merge_coincident(V: FloatArray, used: IntArray) -> IntArray:
@@ -241,7 +245,7 @@ def _check_clean(V: FloatArray, F: IntArray, may_weld: bool) -> Submesh | None:
         surface.as_manifold()
     except MeshError:
         return None
-    unwelded = may_weld and _is_unwelded(surface.V, topology.edges[topology.sides[1] < 0])
+    unwelded = may_weld and _is_unwelded(surface.V, topology.boundary_edges)
     size = np.abs(surface.V.T).max(axis=0)
     tiny = (size > 0) & (size <= SMALLEST_COORDINATE)
     unclear = tiny.any() and tiny[surface.F].all(axis=1).any()

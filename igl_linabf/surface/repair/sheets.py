@@ -75,12 +75,13 @@ def separate_sheets(V: FloatArray, F: IntArray) -> Sheets:
     return Sheets(F_new, origin, turned, crowded, torn_edges, np.flatnonzero(twin))
 
 
-def _side_ends(F: IntArray) -> tuple[IntArray, IntArray]:
+def side_ends(F: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the first and the last vertex of each half-edge, (3 #F,)."""
     return F.ravel(), F[:, [1, 2, 0]].ravel()
 
 
 def _edge_ends(F: IntArray, links: IntArray) -> IntArray:
-    tail, head = _side_ends(F)
+    tail, head = side_ends(F)
     return np.sort(np.column_stack((tail[links[:, 0]], head[links[:, 0]])), axis=1)
 
 
@@ -94,7 +95,7 @@ class _Edges:
 
     @classmethod
     def of(cls, F: IntArray, n: int) -> "_Edges":
-        return cls(*group_sides(*_side_ends(F), n))
+        return cls(*group_sides(*side_ends(F), n))
 
     def two(self) -> tuple[IntArray, IntArray]:
         """Return both sides of each edge that has exactly two sides."""
@@ -134,7 +135,7 @@ def _link_sides(V: FloatArray, F: IntArray, triangle: IntArray, edges: _Edges) -
     crowd = count > 2
     if not crowd.any():
         return plain, np.zeros((0, 2), dtype=np.int64)
-    tail, head = _side_ends(F)
+    tail, head = side_ends(F)
     some = order[begin[crowd]]
     ends = np.sort(np.column_stack((tail[some], head[some])), axis=1)
     patch, turned, _ = _propagate_orientation(F, plain)
@@ -196,7 +197,7 @@ def _inward_vectors(V: FloatArray, F: IntArray, side: IntArray) -> FloatArray:
 
 def _orient_faces(F: IntArray, links: IntArray) -> tuple[BoolArray, BoolArray]:
     """Return masks of the faces to reorient, and of the links where orientations cannot agree."""
-    tail, _ = _side_ends(F)
+    tail, _ = side_ends(F)
     if not (tail[links[:, 0]] == tail[links[:, 1]]).any():
         return np.zeros(len(F), dtype=bool), np.zeros(len(links), dtype=bool)
     label, turned, torn = _propagate_orientation(F, links)
@@ -211,7 +212,7 @@ def _propagate_orientation(F: IntArray, links: IntArray) -> tuple[IntArray, Bool
     whose orientations still disagree.
     """
     m, faces = len(F), links // 3
-    tail, _ = _side_ends(F)
+    tail, _ = side_ends(F)
     against = tail[links[:, 0]] == tail[links[:, 1]]
     label = connected_labels(faces, m)
     turned = np.zeros(m, dtype=bool)
@@ -287,7 +288,7 @@ def _find_coincident_sides(
     free sides of opposite directions at such an edge are joined instead, which updates `partner`. `loose` are
     the sides to examine. All other sides are joined in pairs, each at an edge with exactly two sides.
     """
-    tail, head = _side_ends(F)
+    tail, head = side_ends(F)
     order, begin, count = group_sides(tail[loose], head[loose], int(F.max()) + 1)
     order = loose[order]
     two = begin[count == 2]

@@ -217,6 +217,16 @@ def test_charts_that_a_period_moves_stay_apart(monkeypatch: pytest.MonkeyPatch) 
     assert not len(overlaps(atlas.TC, atlas.FTC, between=True))
 
 
+def test_the_default_margin_grows_until_a_period_moves_no_chart_onto_another() -> None:
+    surface = concatenate_surfaces(*(igl.upsample(*igl.icosahedron(), 3) for _ in range(6)))
+    given = Cones(12, angles="quarter", period=0.03)
+    default, same = (
+        unwrap(*surface, cones=given, packing=packing) for packing in (None, Packing(margin=0.005))
+    )
+    assert default.report.scale == same.report.scale
+    assert not len(overlaps(default.TC, default.FTC, between=True))
+
+
 def test_triangles_between_three_cones_can_have_a_period() -> None:
     V, F = igl.icosahedron()
     atlas = unwrap(V, F, cones=Cones(np.arange(12), angles="quarter", period=1 / 100))
