@@ -107,6 +107,12 @@ def unmirror(atlas: TexelAtlas) -> tuple[np.ndarray, int, np.ndarray]:
     return TC, len(mirrored), (areas > 0) == mirrored[chart]
 
 
+def measure_peak_memory() -> float:
+    """Return the peak memory of this process in MB; ru_maxrss would include the parent process."""
+    status = Path("/proc/self/status").read_text(encoding="utf-8")
+    return int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1024
+
+
 def measure_atlas(program: str, path: str) -> dict[str, float]:
     """Return the figures of one atlas, in the order of `HEADS`."""
     mesh = np.load(path)
@@ -115,9 +121,7 @@ def measure_atlas(program: str, path: str) -> dict[str, float]:
     start = process_time()
     atlas = make(V, F)
     seconds = process_time() - start
-    # ru_maxrss would include the peak of the parent process
-    status = Path("/proc/self/status").read_text(encoding="utf-8")
-    peak: float = int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1024
+    peak = measure_peak_memory()
     if program == "Blender":
         seconds, peak = atlas.seconds, np.nan
     TC, charts, flipped = unmirror(atlas)

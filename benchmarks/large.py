@@ -12,18 +12,16 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import subprocess
 import sys
 import tempfile
 import warnings
-from pathlib import Path
 from statistics import median
 from time import perf_counter
 
 import igl
 import numpy as np
-from generated import NOISES, SIZES, generate_mesh
+from generated import NOISES, SIZES, generate_mesh, measure_peak_memory
 from scipy.ndimage import zoom
 
 from igl_linabf import flatten, quality, unwrap
@@ -42,8 +40,7 @@ def measure_atlas(path: str) -> dict[str, float]:
     start = perf_counter()
     atlas = unwrap(mesh["V"], mesh["F"], method="isometric", progress=False)
     seconds = perf_counter() - start
-    status = Path("/proc/self/status").read_text(encoding="utf-8")
-    peak = int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1024
+    peak = measure_peak_memory()
     q = atlas.quality
     return {
         "charts": len(atlas.charts),

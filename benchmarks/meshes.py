@@ -24,22 +24,28 @@ from stretch import bunny
 Mesh = tuple[str, np.ndarray, np.ndarray]
 
 
-def load_shared_meshes(*kinds: str) -> Iterator[Mesh]:
-    """Yield the meshes of the given kinds in the folder IGL_LINABF_MESHES, with their names."""
+def _list_shared_files(*kinds: str) -> Iterator[tuple[str, Path]]:
+    """Yield names and paths of the meshes of the given kinds in the folder IGL_LINABF_MESHES."""
     folder = os.environ.get("IGL_LINABF_MESHES")
     if folder is None:
         print("IGL_LINABF_MESHES is not set: using only the meshes of installed packages", file=sys.stderr)
         return
     for kind in kinds:
         for path in sorted(Path(folder).glob(f"{kind}__*")):
-            yield path.stem.split("__")[1], *read_mesh(path)
+            yield path.stem.split("__")[1], path
+
+
+def load_shared_meshes(*kinds: str) -> Iterator[Mesh]:
+    """Yield the meshes of the given kinds in the folder IGL_LINABF_MESHES, with their names."""
+    for name, path in _list_shared_files(*kinds):
+        yield name, *read_mesh(path)
 
 
 def load_texture_cuts() -> Iterator[Mesh]:
     """Yield the meshes of the kind `uv` in the folder, cut along the seams of their texture coordinates."""
-    for path in sorted(Path(os.environ.get("IGL_LINABF_MESHES", ".")).glob("uv__*")):
+    for name, path in _list_shared_files("uv"):
         mesh = read_file(path)
-        yield path.stem.split("__")[1], *cut(mesh.V, mesh.F, texture_seams(mesh.F, mesh.FTC))[:2]
+        yield name, *cut(mesh.V, mesh.F, texture_seams(mesh.F, mesh.FTC))[:2]
 
 
 def brain() -> Mesh:

@@ -26,7 +26,8 @@ from obtuse import obtuse
 from igl_linabf import LinABF, OutcomeWarning, abf, cut, find_seams, flatten, linabf, quality
 from igl_linabf.flattening import make_lscm_call, median_times
 from igl_linabf.flattening import other_programs as peers
-from igl_linabf.surface import planar_mesh
+from igl_linabf.measures import measure_change
+from igl_linabf.surface import Submesh, planar_mesh
 
 
 @dataclass(frozen=True)
@@ -158,22 +159,16 @@ def measure_mesh(mesh: Mesh, repeat: int) -> Row:
 
 def describe_tiny_corners(V: np.ndarray, F: np.ndarray, exact: np.ndarray, default: np.ndarray) -> str:
     """Describe the triangle where the relative errors of the default exceed the errors of ABF most."""
-    own = corner_angles(V[F])
-    errors = [(((corner_angles(uv[F]) - own) / own) ** 2).sum(axis=1) / own.size for uv in (default, exact)]
-    worst = int(np.argmax(errors[0] - errors[1]))
-    before, after = (np.degrees(np.sort(corner_angles(points[F[[worst]]])[0])[0]) for points in (V, default))
+    surface = Submesh.checked(V, F)
+    changes = [measure_change(surface, surface.checked_map(uv)) for uv in (default, exact)]
+    ours, best = (change.angle_distortion.mean(axis=0) / len(F) for change in changes)
+    worst = int(np.argmax(ours - best))
+    own, error = changes[0].angle[:, worst], changes[0].angle_error[:, worst]
+    before, after = np.degrees([own.min(), (own + error).min()])
     return (
-        f"face {worst} alone contributes {errors[0][worst] - errors[1][worst]:.2g}: its smallest angle is "
+        f"face {worst} alone contributes {ours[worst] - best[worst]:.2g}: its smallest angle is "
         f"{before:.2g} degrees on the surface and {after:.2g} degrees in the map"
     )
-
-
-def corner_angles(P: np.ndarray) -> np.ndarray:
-    """Return the angles of triangles, (#F, 3), from the positions of their corners, (#F, 3, d)."""
-    P = np.concatenate((P, np.zeros((*P.shape[:2], 3 - P.shape[2]))), axis=2)
-    to_next, to_last = np.roll(P, -1, axis=1) - P, np.roll(P, 1, axis=1) - P
-    doubled = np.linalg.norm(np.cross(to_next, to_last), axis=2)
-    return np.arctan2(doubled, (to_next * to_last).sum(axis=2))
 
 
 def format_row(row: Row, mesh: Mesh, programs: list[str]) -> str:

@@ -15,17 +15,15 @@ import argparse
 import importlib
 import json
 import os
-import re
 import subprocess
 import sys
 import tempfile
 from importlib.util import find_spec
-from pathlib import Path
 from time import perf_counter, process_time
 
 import igl
 import numpy as np
-from generated import generate_mesh, unmirror
+from generated import generate_mesh, measure_peak_memory, unmirror
 from peers import TexelAtlas, relative_seams
 
 from igl_linabf import overlaps, quality
@@ -59,9 +57,7 @@ def measure_call(program: str, path: str) -> dict[str, float]:
     start, cpu = perf_counter(), process_time()
     vmapping, indices, uvs = xatlas.parametrize(V, F)
     seconds, cpu = perf_counter() - start, process_time() - cpu
-    # not ru_maxrss, because it starts at the peak of the parent process
-    status = Path("/proc/self/status").read_text(encoding="utf-8")
-    peak = int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1024
+    peak = measure_peak_memory()
     assert (vmapping[indices] == F).all()
     origin, FTC = vmapping.astype(np.int64), indices.astype(np.int64)
     TC, charts, flipped = unmirror(TexelAtlas(origin, FTC, uvs.astype(float), 1.0, seconds))
@@ -104,8 +100,9 @@ def main() -> None:
                         command, capture_output=True, encoding="utf-8", check=True, timeout=options.limit
                     )
                 except subprocess.TimeoutExpired:
+                    empty = " |" * (len(HEADS) - 1)
                     print(
-                        f"| {len(F):,}{crowded} | {program} | more than {options.limit:g} |{' |' * 7}",
+                        f"| {len(F):,}{crowded} | {program} | more than {options.limit:g} |{empty}",
                         flush=True,
                     )
                     continue

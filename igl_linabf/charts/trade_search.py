@@ -9,7 +9,7 @@ import numpy as np
 
 from .._runtime import progress_part
 from ..errors import FallbackWarning, stack_level
-from .atlas import ISOMETRY_ENERGY, Atlas, list_unmet_bounds
+from .atlas import ISOMETRY_ENERGY, Atlas, list_unmet_bounds, mean_energy
 from .options import ChartOptions
 
 MIN_TRADE, MAX_TRADE = 0.1, 1_000.0  # range in which the search continues from the initial `trade`
@@ -41,14 +41,14 @@ def search_trade(make: Callable[[float], Atlas], asked: ChartOptions) -> Atlas:
         with progress_part("search", end), warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             atlas = make(trade)
-        if best is None or _rank(atlas, asked) < _rank(best, asked):
+        if best is None or _rank(atlas) < _rank(best):
             best, dropped, issued = atlas, issued, [*caught]
         else:
             dropped = caught
         issued += [warning for warning in dropped if not issubclass(warning.category, FallbackWarning)]
         unmet = list_unmet_bounds(atlas)
         if asked.max_dirichlet is not None:
-            longer = not _energy_excess(atlas, asked) <= 1
+            longer = not _energy_excess(atlas) <= 1
         elif unmet or trial:
             longer = not unmet
         else:
@@ -76,21 +76,22 @@ def _next_trade(low: float, high: float) -> float | None:
     return None if high / low <= SUFFICIENT_RATIO else float(np.sqrt(low * high))
 
 
-def _energy_excess(atlas: Atlas, asked: ChartOptions) -> float:
+def _energy_excess(atlas: Atlas) -> float:
     """Return the energy beyond an isometry's, over the largest allowed value; infinite without a map."""
-    if asked.max_dirichlet is None:
+    largest = atlas.report.bounds.max_dirichlet
+    if largest is None:
         return 0.0
-    energy = ISOMETRY_ENERGY * atlas.quality.symmetric_dirichlet
-    excess = (energy - ISOMETRY_ENERGY) / (asked.max_dirichlet - ISOMETRY_ENERGY)
+    excess = (mean_energy(atlas) - ISOMETRY_ENERGY) / (largest - ISOMETRY_ENERGY)
     return excess if np.isfinite(excess) else np.inf
 
 
-def _rank(atlas: Atlas, asked: ChartOptions) -> tuple[bool, float, float]:
+def _rank(atlas: Atlas) -> tuple[bool, float, float]:
     """Return a key by which the best atlas is the smallest."""
-    charts = 0.0 if asked.max_charts is None else len(atlas.charts) / asked.max_charts
-    excess = max(_energy_excess(atlas, asked), 1.0) + max(charts, 1.0)
+    bounds = atlas.report.bounds
+    charts = 0.0 if bounds.max_charts is None else len(atlas.charts) / bounds.max_charts
+    excess = max(_energy_excess(atlas), 1.0) + max(charts, 1.0)
     return (
         not atlas.good,
         excess,
-        -(atlas.report.bounds.trade or 0) if asked.max_dirichlet is None else atlas.seam_length,
+        -(bounds.trade or 0) if bounds.max_dirichlet is None else atlas.seam_length,
     )

@@ -128,7 +128,7 @@ class Topology:
     @property
     def boundary_edges(self) -> IntArray:
         """End vertices of the boundary edges, (#B, 2); the faces are on their left."""
-        return self.edges[self.sides[1] < 0]
+        return np.asarray(self.edges[self.sides[1] < 0])
 
     @cached_property
     def edges_inside(self) -> IntArray:

@@ -306,10 +306,14 @@ class Atlas:
         return rows
 
 
+def mean_energy(atlas: Atlas) -> float:
+    """Return the mean symmetric Dirichlet energy of an atlas, which is 4 for an isometry."""
+    return ISOMETRY_ENERGY * atlas.quality.symmetric_dirichlet
+
+
 def list_unmet_bounds(atlas: Atlas) -> list[str]:
     """Return one sentence for each bound on the whole atlas that is not met."""
-    unmet, bounds = [], atlas.report.bounds
-    energy = ISOMETRY_ENERGY * atlas.quality.symmetric_dirichlet
+    unmet, bounds, energy = [], atlas.report.bounds, mean_energy(atlas)
     if bounds.max_dirichlet is not None and not energy <= bounds.max_dirichlet:
         unmet.append(
             f"the atlas has a mean symmetric Dirichlet energy of {energy:.6g}, beyond max_dirichlet = "

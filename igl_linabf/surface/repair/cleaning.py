@@ -31,8 +31,8 @@ LARGEST_WELDED_COORDINATE = 1e150  # larger coordinates would overflow in square
 
 def coincident_edges(V: FloatArray, edges: IntArray) -> BoolArray:
     """Mark the edges whose ends have the same two positions as those of another edge."""
-    ends = merge_coincident(V, np.unique(edges))[edges]
-    order, _, count = group_sides(*np.ascontiguousarray(ends.T), len(V))
+    tail, head = np.ascontiguousarray(merge_coincident(V, np.unique(edges))[edges].T)
+    order, _, count = group_sides(tail, head, len(V))
     shared = np.empty(len(edges), dtype=bool)
     shared[order] = np.repeat(count > 1, count)
     return shared
