@@ -18,7 +18,7 @@ import numpy as np
 
 from .._runtime import progress_part
 from .._types import FloatArray, IntArray
-from ..errors import MAX_LISTED, MeshWarning, printable, stack_level
+from ..errors import MeshWarning, printable, some, stack_level
 from ..io import MeshFile, replacing, write_atomically
 from .jobs import PROGRESS, STDIO, ExitCode, Job
 
@@ -54,10 +54,9 @@ def warn_of_bare_parts(mesh: MeshFile, consequences: Iterable[str]) -> None:
     listed = mesh.list_bare_parts()
     if not listed:
         return
-    names = ", ".join(listed[:MAX_LISTED]) + f", ... ({len(listed)} in all)" * (len(listed) > MAX_LISTED)
     count = int(np.count_nonzero(mesh.bare))
     warnings.warn(
-        f"{count:,} faces have no texture coordinates, in {names}: {', and '.join(consequences)}",
+        f"{count:,} faces have no texture coordinates, in {some(listed)}: {', and '.join(consequences)}",
         MeshWarning,
         stacklevel=stack_level(),
     )

@@ -6,7 +6,8 @@ import numpy as np
 import shapely
 
 from .._types import FloatArray, IntArray
-from .joined_pieces import CutSurface
+from ..surface import unit_vectors
+from .joined_pieces import CutSurface, group_rows
 from .seam_pairs import SeamSides, Sides
 from .tabs import TabPlace
 
@@ -16,12 +17,8 @@ RAY_START = 1e-6  # distance from a seam at which a search for the opposite side
 
 def build_piece_shapes(cut: CutSurface) -> list[shapely.Geometry]:
     """Return the region that each piece covers."""
-    of = cut.piece[cut.F[:, 0]]
-    order = np.argsort(of, kind="stable")
-    triangles = shapely.polygons(cut.flat[cut.F[order]])
-    number = int(of.max()) + 1
-    parts = np.split(triangles, np.searchsorted(of[order], np.arange(1, number)))
-    return [shapely.unary_union(part) for part in parts]
+    triangles = shapely.polygons(cut.flat[cut.F])
+    return [shapely.unary_union(triangles[rows]) for rows in group_rows(cut.piece[cut.F[:, 0]])]
 
 
 def trace_outlines(
@@ -53,7 +50,7 @@ def triangulate_tabs(tabs: list[TabPlace], sides: Sides, cut: CutSurface) -> tup
     """Return triangles (n, 3, 2) that cover the tabs, and the piece of each triangle."""
     fans, piece = [np.empty((0, 3, 2))], list[int]()
     for tab in tabs:
-        base = np.append(sides.start[tab.run], sides.end[tab.run[-1]])
+        base = sides.path(tab.run)
         ring = np.concatenate((tab.top, cut.flat[base[::-1]]))
         fans.append(np.stack((np.broadcast_to(ring[0], ring[2:].shape), ring[1:-1], ring[2:]), axis=1))
         piece += [int(cut.piece[base[0]])] * (len(ring) - 2)
@@ -88,7 +85,7 @@ def find_narrow_seams(
         for run in seam.runs:
             side = run[len(run) // 2]
             tail, head = cut.flat[sides.start[side]], cut.flat[sides.end[side]]
-            along = (head - tail) / max(float(np.linalg.norm(head - tail)), np.finfo(float).tiny)
+            along = unit_vectors(head - tail)
             outward = np.array([along[1], -along[0]]) * gap
             ray = (tail + head) / 2 + np.outer([RAY_START, 1], outward)
             shape = shapes[int(cut.piece[sides.start[side]])]

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
-from shapely import LineString, polygons, unary_union
+from shapely import LineString, intersects, polygons, unary_union
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..surface import complex_positions, mapped_direction
-from .joined_pieces import CutSurface, find_narrowest_turns
+from .joined_pieces import CutSurface, find_narrowest_turns, group_rows
 
 ARROW_HALF_LENGTH = 0.3  # half the length of a grain arrow, relative to the extent of its piece
 ARROW_SHRINKAGE = 0.8  # an arrow is shortened repeatedly by this factor until it fits into its piece
@@ -69,7 +69,7 @@ def find_directions(cut: CutSurface, direction: FloatArray) -> PieceDirections:
     long_sides = _find_long_sides(cut, piece)
     found = np.empty(int(piece.max()) + 1, dtype=np.complex128)
     known, is_mean = np.empty((2, len(found)), dtype=bool)
-    for i, faces in enumerate(_group_rows(of)):
+    for i, faces in enumerate(group_rows(of)):
         whole = area[faces].sum()
         mean = complex((along[faces] * area[faces]).sum() / whole)
         chosen, largest = _find_common_direction(along[faces], area[faces], mean)
@@ -90,18 +90,12 @@ def place_arrows(
     `loops` are the outlines, and `piece` is the piece of each vertex.
     """
     found = []
-    for i, faces in enumerate(_group_rows(piece[cut.F[:, 0]])):
+    for i, faces in enumerate(group_rows(piece[cut.F[:, 0]])):
         points = cut.flat[piece == i]
         rim = np.concatenate([cut.flat[loop] for loop in loops if piece[loop[0]] == i])
         along = np.array([directions[i].real, directions[i].imag])
         found.append(_fit_arrow(cut.flat[cut.F[faces]], rim, points, along))
     return np.array(found)
-
-
-def _group_rows(of: IntArray) -> list[IntArray]:
-    """Return, for each number 0, 1, ..., the indices of the entries of `of` that equal it."""
-    order = np.argsort(of, kind="stable")
-    return np.split(order, np.searchsorted(of[order], np.arange(1, int(of.max()) + 1)))
 
 
 def _find_long_sides(cut: CutSurface, piece: IntArray) -> ComplexArray:
@@ -114,7 +108,7 @@ def _find_long_sides(cut: CutSurface, piece: IntArray) -> ComplexArray:
     found = find_narrowest_turns(z, piece).conj()
     side = np.concatenate([z[np.roll(loop, -1)] - z[loop] for loop in loops])
     of = np.repeat([piece[loop[0]] for loop in loops], [len(loop) for loop in loops])
-    for i, rows in enumerate(_group_rows(of)):
+    for i, rows in enumerate(group_rows(of)):
         length = np.abs(side[rows])
         quarters = (
             side[rows] / np.maximum(length, np.finfo(float).tiny)
@@ -170,10 +164,12 @@ def _fit_arrow(
     triangles: FloatArray, rim: FloatArray, points: FloatArray, along: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the tail and head of an arrow inside a piece, centred at a point far from the outline."""
-    centres = triangles.mean(axis=1)
+    centres, shapes = triangles.mean(axis=1), polygons(triangles)
     room, _ = cKDTree(rim).query(centres)
-    at, inside = centres[np.argmax(room)], unary_union(polygons(triangles))
-    half = ARROW_HALF_LENGTH * np.ptp(points @ along)
-    while half > room.max() and not inside.contains(LineString((at - half * along, at + half * along))):
+    at, half = centres[np.argmax(room)], ARROW_HALF_LENGTH * np.ptp(points @ along)
+    while half > room.max():
+        shaft = LineString((at - half * along, at + half * along))
+        if unary_union(shapes[intersects(shapes, shaft)]).contains(shaft):
+            break
         half *= ARROW_SHRINKAGE
     return at - half * along, at + half * along

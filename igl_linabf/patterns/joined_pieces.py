@@ -91,7 +91,7 @@ def _assemble_pieces(cut: CutSurface, rim: Sides, partner: IntArray, joinable: B
         z[np.stack(ends)] for ends in ((rim.start[one], rim.end[one]), (rim.end[other], rim.start[other]))
     )
     pairs = np.column_stack((piece[rim.start[one]], piece[rim.start[other]]))
-    hinges = _find_hinges(here, there, pairs, extent, _group_vertices(z, piece))
+    hinges = _find_hinges(here, there, pairs, extent, [z[rows] for rows in group_rows(piece)])
     if not len(hinges.pairs):
         return cut
     triangles = z[cut.F[order]]
@@ -165,10 +165,10 @@ def _close_seams(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolA
     )
 
 
-def _group_vertices(z: ComplexArray, piece: IntArray) -> list[ComplexArray]:
-    """Return the positions of the vertices of each piece."""
-    order = np.argsort(piece, kind="stable")
-    return np.split(z[order], np.searchsorted(piece[order], np.arange(1, int(piece.max()) + 1)))
+def group_rows(of: IntArray) -> list[IntArray]:
+    """Return, for each number 0, 1, ..., the indices of the entries of `of` that equal it."""
+    order = np.argsort(of, kind="stable")
+    return np.split(order, np.searchsorted(of[order], np.arange(1, int(of.max()) + 1)))
 
 
 def find_narrowest_turns(z: ComplexArray, piece: IntArray) -> ComplexArray:

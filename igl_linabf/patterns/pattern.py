@@ -12,12 +12,12 @@ from .._runtime import align_columns
 from .._types import FloatArray, IntArray
 from ..charts import Atlas
 from ..errors import MeshWarning, some, stack_level
-from .folds import find_folds, find_seam_angles
+from .folds import find_seam_angles
 from .grain_arrows import place_arrows
 from .options import PatternOptions
 from .pieces import PatternLayout, lay_out
 from .seam_pairs import PatternSeam, measure_seams
-from .tabs import PatternTab, TabPlace
+from .tabs import PatternTab
 
 
 @dataclass(frozen=True)
@@ -125,8 +125,7 @@ def build_pattern(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, options:
     layout = lay_out(V, F, atlas, options)
     cut, sides = layout.cut, layout.sides
     piece, loops = cut.piece, cut.topology.loops
-    folds, fold_angles = find_folds(cut, options.crease)
-    angles = find_seam_angles(cut, sides, layout.seams)
+    folds, fold_angles = layout.folds
     _warn_about_seams(layout, options)
     corners = np.concatenate(layout.cut_lines)
     return Pattern(
@@ -138,7 +137,7 @@ def build_pattern(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, options:
         folds=cut.flat[folds],
         fold_angles=fold_angles,
         grain=place_arrows(cut, loops, piece, layout.arrows),
-        tabs=tuple(_describe_tab(tab, layout, angles) for tab in layout.tabs),
+        tabs=_describe_tabs(layout),
         error=layout.error,
         units=options.units,
         report=PatternReport(
@@ -147,17 +146,21 @@ def build_pattern(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, options:
     )
 
 
-def _describe_tab(tab: TabPlace, layout: PatternLayout, angles: FloatArray) -> PatternTab:
-    """Return a tab with its lines and its angle; `angles` are the dihedral angles at all sides."""
+def _describe_tabs(layout: PatternLayout) -> tuple[PatternTab, ...]:
+    """Return the tabs with their lines and angles."""
+    if not layout.tabs:
+        return ()
     cut, sides = layout.cut, layout.sides
-    base = np.append(sides.start[tab.run], sides.end[tab.run[-1]])
-    weight = sides.lengths(cut.surface)[tab.run]
-    return PatternTab(
-        seam=tab.seam + 1,
-        piece=int(cut.piece[base[0]]),
-        base=cut.flat[base],
-        top=tab.top,
-        angle=float(angles[tab.run] @ weight / weight.sum()),
+    angle, length = find_seam_angles(cut, sides, layout.seams), sides.lengths(cut.surface)
+    return tuple(
+        PatternTab(
+            seam=tab.seam + 1,
+            piece=int(cut.piece[sides.start[tab.run[0]]]),
+            base=cut.flat[sides.path(tab.run)],
+            top=tab.top,
+            angle=float(angle[tab.run] @ length[tab.run] / length[tab.run].sum()),
+        )
+        for tab in layout.tabs
     )
 
 

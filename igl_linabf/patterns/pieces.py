@@ -33,7 +33,7 @@ from .cutting_lines import (
 )
 from .folds import find_folds
 from .grain_arrows import find_directions
-from .joined_pieces import CutSurface, join_pieces, measure_extents
+from .joined_pieces import CutSurface, group_rows, join_pieces, measure_extents
 from .options import PatternOptions
 from .seam_pairs import SeamSides, Sides, find_seams
 from .tabs import TabPlace, place_tabs
@@ -54,6 +54,8 @@ class PatternLayout:
     seams : tuple of SeamSides
     arrows : (#pieces,) complex128
         Direction of the grain on each piece.
+    folds : ((#folds, 2) int64, (#folds,) float64)
+        End vertices and angles of the fold edges, as from `find_folds`.
     cut_lines : tuple of (n, 2) float64
         Lines along which the pieces are cut, with the material on their left.
     tabs : tuple of TabPlace
@@ -69,6 +71,7 @@ class PatternLayout:
     sides: Sides
     seams: tuple[SeamSides, ...]
     arrows: ComplexArray
+    folds: tuple[IntArray, FloatArray]
     cut_lines: tuple[FloatArray, ...]
     tabs: tuple[TabPlace, ...]
     seams_without_room: tuple[int, ...]
@@ -82,7 +85,7 @@ def lay_out(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, options: Patte
     options.check_widths(float(measure_extents(complex_positions(cut.flat), cut.piece).max()))
     loops, piece = cut.topology.loops, cut.piece
     sides = Sides.of(loops)
-    seams = find_seams(sides, cut.surface, piece)
+    seams, folds = find_seams(sides, cut.surface, piece), find_folds(cut, options.crease)
     tabs, without_room, closed = list[TabPlace](), tuple[int, ...](), 0
     if options.allowance:
         shapes = build_piece_shapes(cut)
@@ -93,8 +96,7 @@ def lay_out(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, options: Patte
         closed = count_closed_holes(shapes, options.allowance)
     else:
         if options.tabs:
-            folds, _ = find_folds(cut, options.crease)
-            tabs = place_tabs(cut, sides, seams, build_piece_shapes(cut), folds, options.tabs)
+            tabs = place_tabs(cut, sides, seams, build_piece_shapes(cut), folds[0], options.tabs)
             having = {tab.seam for tab in tabs}
             without_room = tuple(i + 1 for i in range(len(seams)) if i not in having)
         lines = trace_outlines(loops, sides, cut.flat, tabs)
@@ -108,6 +110,7 @@ def lay_out(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, options: Patte
         sides,
         seams,
         arrows,
+        folds,
         tuple(line + shift[i] for line, i in zip(lines, of.tolist(), strict=True)),
         tuple(replace(tab, top=tab.top + shift[piece[sides.start[tab.run[0]]]]) for tab in tabs),
         without_room,
@@ -197,8 +200,8 @@ def _arrange_pieces(triangles: FloatArray, of: IntArray) -> FloatArray:
     the layout is at the origin.
     """
     charts = []
-    for i in range(int(of.max()) + 1):
-        points, corner = np.unique(triangles[of == i].reshape(-1, 2), axis=0, return_inverse=True)
+    for rows in group_rows(of):
+        points, corner = np.unique(triangles[rows].reshape(-1, 2), axis=0, return_inverse=True)
         charts.append((points, corner.reshape(-1, 3)))
     margin = min(PIECE_MARGIN, np.sqrt(MAX_MARGIN_COVERAGE / len(charts)))
     placed = pack_charts(charts, Packing(margin=margin), rotate=False)

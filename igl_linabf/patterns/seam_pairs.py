@@ -68,6 +68,10 @@ class Sides:
         after[behind - 1] = behind - size
         return cls(start, start[after], after, np.argsort(after))
 
+    def path(self, run: IntArray) -> IntArray:
+        """Return the vertices along consecutive sides, (n + 1,)."""
+        return np.append(self.start[run], self.end[run[-1]])
+
     def lengths(self, points: FloatArray) -> FloatArray:
         """Return the length of each side, (#S,), if the vertices are at the given points."""
         return np.asarray(np.linalg.norm(points[self.start] - points[self.end], axis=1))
@@ -93,6 +97,11 @@ class SeamSides:
     def runs(self) -> tuple[IntArray, IntArray]:
         """The sides of both parts, each in the direction of its outline."""
         return self.one, self.other if self.twisted else self.other[::-1]
+
+    def paths(self, sides: Sides) -> tuple[IntArray, IntArray]:
+        """Return the vertices along both parts, (n + 1,) each, in the order of joining."""
+        one, other = map(sides.path, self.runs)
+        return one, other if self.twisted else other[::-1]
 
 
 def find_seams(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[SeamSides, ...]:
@@ -121,17 +130,14 @@ def measure_seams(
     measured = list[PatternSeam]()
     for seam in seams:
         one, other = seam.one, seam.other
-        tail, head = (sides.start, sides.end) if seam.twisted else (sides.end, sides.start)
+        here, there = seam.paths(sides)
         measured.append(
             PatternSeam(
                 number=len(measured) + 1,
                 pieces=(int(piece[sides.start[one[0]]]), int(piece[sides.start[other[0]]])),
                 lengths=(float(flat_length[one].sum()), float(flat_length[other].sum())),
                 length=float(length[one].sum()),
-                sides=(
-                    flat[np.append(sides.start[one], sides.end[one[-1]])],
-                    flat[np.append(tail[other], head[other[-1]])],
-                ),
+                sides=(flat[here], flat[there]),
                 twisted=seam.twisted,
             )
         )

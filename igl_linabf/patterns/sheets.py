@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .._types import FloatArray
+from ..surface import unit_vectors
 from .folds import join_segments
 from .pattern import Pattern
 
@@ -94,14 +95,10 @@ def build_sheet(pattern: Pattern) -> Sheet:
     legend, legend_labels, legend_width = _draw_legend(pattern, {s.layer for s in strokes}, text)
     foot = (4 + 2 * len(legend_labels)) * text + MARGIN
     shift = np.array([MARGIN, MARGIN + foot])
-    strokes = [Stroke(s.layer, s.points + shift, s.closed) for s in strokes]
-    labels = [Label(label.layer, label.text, label.at + shift, label.height) for label in labels]
-    bar = float(
-        max(
-            (length for length in BAR_LENGTHS if length <= 0.6 * max(width, 10 * text)),
-            default=BAR_LENGTHS[0],
-        )
-    )
+    strokes = [replace(stroke, points=stroke.points + shift) for stroke in strokes]
+    labels = [replace(label, at=label.at + shift) for label in labels]
+    longest = 0.6 * max(width, 10 * text)
+    bar = max((length for length in BAR_LENGTHS if length <= longest), default=BAR_LENGTHS[0])
     left, base = MARGIN, MARGIN + 1.5 * text
     ends = [np.array([[x, base - text / 2], [x, base + text / 2]]) for x in (left, left + bar)]
     rule = np.array([[left, base], [left + bar, base]])
@@ -155,13 +152,14 @@ def _draw_legend(pattern: Pattern, used: set[str], text: float) -> tuple[list[St
         TAB: "edge of a glue tab, not to be cut",
         SEWING: "sewing line",
     }
-    rows = [(layer, meaning) for layer, meaning in meanings.items() if layer in used]
+    rows = []
+    if pattern.report.compensation != (1, 1):
+        factors = "enlarged by {:g} across and {:g} along the arrows".format(*pattern.report.compensation)
+        rows.append(("", factors))
+    rows += [(layer, meaning) for layer, meaning in meanings.items() if layer in used]
     if pattern.report.allowance:
         rows.append((OUTLINE, f"cutting line, with an allowance of {pattern.report.allowance:g} mm"))
     sample, strokes, labels = max(6 * text, MIN_SAMPLE), [], []
-    if pattern.report.compensation != (1, 1):
-        factors = "enlarged by {:g} across and {:g} along the arrows".format(*pattern.report.compensation)
-        rows.insert(0, ("", factors))
     for k, (layer, meaning) in enumerate(rows):
         at = np.array([MARGIN, MARGIN + (4.2 + 2 * k) * text])
         if layer:
@@ -174,17 +172,17 @@ def _draw_legend(pattern: Pattern, used: set[str], text: float) -> tuple[list[St
 
 def _find_midpoint(line: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the point halfway along a line by length, and the unit normal to the left at this point."""
-    step = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    reached = np.cumsum(step)
-    k = min(int(np.searchsorted(reached, reached[-1] / 2)), len(step) - 1)
-    share = (reached[-1] / 2 - reached[k] + step[k]) / max(step[k], np.finfo(float).tiny)
-    along = (line[k + 1] - line[k]) / max(step[k], np.finfo(float).tiny)
-    return line[k] + share * (line[k + 1] - line[k]), np.array([-along[1], along[0]])
+    step = np.diff(line, axis=0)
+    length = np.linalg.norm(step, axis=1)
+    reached = np.cumsum(length)
+    k = int(np.searchsorted(reached, reached[-1] / 2))
+    along = unit_vectors(step[k])
+    return line[k + 1] - (reached[k] - reached[-1] / 2) * along, np.array([-along[1], along[0]])
 
 
 def _draw_arrow(tail: FloatArray, head: FloatArray, size: float) -> list[FloatArray]:
     """Return the two polylines of an arrow: its shaft and its head."""
-    along = (head - tail) / max(float(np.linalg.norm(head - tail)), np.finfo(float).tiny)
+    along = unit_vectors(head - tail)
     aside = np.array([-along[1], along[0]])
     barb = np.array([head - size * (along + aside / 2), head, head - size * (along - aside / 2)])
     return [np.array([tail, head]), barb]

@@ -158,9 +158,8 @@ def _find_bases(
     A tab across such a place could not be folded. Returns the bases of tabs on both sides of the seam.
     """
     one, other = seam.one, seam.other
-    tail, head = (sides.start, sides.end) if seam.twisted else (sides.end, sides.start)
-    rows = np.append(sides.start[one], sides.end[one[-1]])
-    here, there = cut.flat[rows], cut.flat[np.append(tail[other], head[other[-1]])]
+    rows, opposite_rows = seam.paths(sides)
+    here, there = cut.flat[rows], cut.flat[opposite_rows]
     pieces = [int(cut.piece[sides.start[part[0]]]) for part in (one, other)]
     step = 1 if seam.twisted else -1
     bases: tuple[list[_Base], list[_Base]] = ([], [])

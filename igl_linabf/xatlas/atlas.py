@@ -95,6 +95,7 @@ class Atlas:
         for name, array, columns in (("normals", normals, 3), ("uvs", uvs, 2)):
             if array is not None:
                 check_shape(name, array, columns, n)
+        check_shape("indices", indices, 3)
         self._add(vertex_array(positions, 3, "positions"), indices, None)
 
     def add_uv_mesh(
@@ -129,7 +130,6 @@ class Atlas:
     def _add(
         self, points: FloatArray, indices: ArrayLike, materials: IntArray | None, *, is_uv: bool = False
     ) -> None:
-        check_shape("indices", indices, 3)
         F = face_array(indices)
         bad = np.flatnonzero(((F < 0) | (len(points) <= F)).any(axis=1))
         if len(bad):
@@ -143,9 +143,7 @@ class Atlas:
         check_finite(points[used], used, "uvs" if is_uv else "positions")
         self._has_given_uv = is_uv
         # copies, because the caller may change the arrays before `generate`
-        self._given.append(
-            GivenMesh(points.copy(), F.copy(), None if materials is None else materials.ravel())
-        )
+        self._given.append(GivenMesh(points.copy(), F.copy(), materials))
 
     def generate(
         self,
@@ -337,12 +335,8 @@ def parametrize(
 
     Returns
     -------
-    vmapping : (#N,) uint32
-        The given vertex of each vertex; a vertex at a seam occurs several times.
-    indices : (#F, 3) uint32
-        The given faces in their order, with the new vertices: `vmapping[indices]` are the given faces.
-    uvs : (#N, 2) float32
-        From 0 to 1, v upwards.
+    vmapping, indices, uvs : (#N,) uint32, (#F, 3) uint32 and (#N, 2) float32
+        As from `Atlas.get_mesh`.
 
     Raises
     ------
