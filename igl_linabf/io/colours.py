@@ -139,13 +139,12 @@ def replace_colours_that_are_not_finite(extras: Extras, name: str) -> Extras:
     """Replace colours that are NaN or infinite by white, and warn; `name` is the name of the file."""
 
     def whiten(colours: FloatArray | None, of: str) -> FloatArray | None:
-        if colours is None:
-            return None
+        if colours is None or np.isfinite(colours).all():
+            return colours
         finite = np.asarray(np.isfinite(colours).all(axis=1))
-        if not finite.all():
-            bad = some(np.flatnonzero(~finite))
-            said = f"the colours of {of} {bad} of {name} are not finite: they are read as white"
-            warnings.warn(said, MeshWarning, stacklevel=stack_level())
+        bad = some(np.flatnonzero(~finite))
+        said = f"the colours of {of} {bad} of {name} are not finite: they are read as white"
+        warnings.warn(said, MeshWarning, stacklevel=stack_level())
         return np.where(finite[:, None], colours, 1.0)
 
     return replace(

@@ -55,7 +55,7 @@ class PatternLayout:
     arrows : (#pieces,) complex128
         Direction of the grain on each piece.
     folds : ((#folds, 2) int64, (#folds,) float64)
-        End vertices and angles of the fold edges, as from `find_folds`.
+        End vertices of the fold edges, and their angles in degrees.
     cut_lines : tuple of (n, 2) float64
         Lines along which the pieces are cut, with the material on their left.
     tabs : tuple of TabPlace

@@ -91,8 +91,8 @@ def bake(
     at_corners, function = _get_corner_values(values, positions, atlas, triangles)
     check_image_memory(size, atlas.pages, 3 if function is not None else at_corners.shape[2])
 
-    def values_at(mine: IntArray, shown: Texels) -> tuple[FloatArray, IntArray]:
-        made = shown.values(at_corners[mine])
+    def values_at(shown: Texels) -> tuple[FloatArray, IntArray]:
+        made = shown.values(at_corners)
         return made if function is None else _call_function(function, made), shown.index
 
     images = [paint_page(page, size, padding, background, values_at) for page in list_pages(atlas, size)]
@@ -179,18 +179,18 @@ def paint_page(
     size: Size,
     padding: int,
     background: float,
-    values_at: Callable[[IntArray, Texels], tuple[FloatArray, IntArray]],
+    values_at: Callable[[Texels], tuple[FloatArray, IntArray]],
 ) -> FloatArray:
     """Return the image of a page, (height, width, k), painted in strips to bound the memory.
 
-    `values_at(faces, texels)` returns the values (#P, k) and the indices of texels; `texels.face` is an index
-    into `faces`. Known texels are copied into the free texels within a distance of `padding`.
+    `values_at(texels)` returns the values (#P, k) and the indices of texels; `texels.face` is a row of the
+    triangles of the atlas. Known texels are copied into the free texels within a distance of `padding`.
     """
     width, height = size
     image, is_known = np.empty((0, 0)), np.zeros((height, width), dtype=bool)
     for shown in _rasterise(page, size):
         if len(shown.index) or not image.size:
-            values, index = values_at(page.faces, shown)
+            values, index = values_at(shown)
             if not image.size:
                 image = np.full((height * width, values.shape[1]), float(background))
             image[index] = values
@@ -274,6 +274,6 @@ def _rasterise(page: Page, size: Size) -> Iterator[Texels]:
         more = free[outer.index - rows[0] * size[0]]
         yield Texels(
             np.concatenate((inner.index, outer.index[more])),
-            near[np.concatenate((inner.face, outer.face[more]))],
+            page.faces[near[np.concatenate((inner.face, outer.face[more]))]],
             np.concatenate((inner.weights, outer.weights[more])),
         )

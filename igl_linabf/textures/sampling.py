@@ -45,9 +45,13 @@ class Picture:
 
     def find_pages(self, uv: FloatArray) -> IntArray:
         """Return the page of the image at texture coordinates (n, 2); -1 beyond ten columns of pages."""
-        column, row = np.floor(np.array(self.matrix) @ np.vstack((uv.T, np.ones(len(uv)))))
+        column, row = np.floor(self._transform(uv))
         inside = (column >= 0) & (column < UDIM_ROW) & (row >= 0)
         return np.where(inside, column + UDIM_ROW * row, -1).astype(np.int64)
+
+    def _transform(self, uv: FloatArray) -> FloatArray:
+        """Return the coordinates in the image, (2, n), of texture coordinates (n, 2)."""
+        return np.asarray(np.array(self.matrix) @ np.vstack((uv.T, np.ones(len(uv)))))
 
     def at(self, uv: FloatArray) -> FloatArray:
         """Return values (n, k) at texture coordinates (n, 2), with v pointing up, by bilinear interpolation.
@@ -55,7 +59,7 @@ class Picture:
         With the attribute `nearest`, return the values of the nearest pixels instead.
         """
         rows, columns = self.pixels.shape[:2]
-        u, v = np.array(self.matrix) @ np.vstack((uv.T, np.ones(len(uv))))
+        u, v = self._transform(uv)
         x, y = u * columns - 0.5, (1 - v) * rows - 0.5
         if self.nearest:
             i = _wrap_indices(np.floor(y + 0.5), rows, self.wrap[1])

@@ -43,8 +43,8 @@ class Texels:
     face: IntArray
     weights: FloatArray
 
-    def select(self, rows: BoolArray) -> "Texels":
-        """Return the texels of a mask."""
+    def select(self, rows: BoolArray | IntArray) -> "Texels":
+        """Return the texels of a mask, or of rows."""
         return Texels(self.index[rows], self.face[rows], self.weights[rows])
 
     def values(self, corners: FloatArray) -> FloatArray:

@@ -103,14 +103,14 @@ def bake_texture(
     channels = (3 if max(widths) >= 3 else 1) + bool(widths & {2, 4})  # colours or grey, plus alpha
     check_image_memory(size, atlas.pages, channels)
 
-    def values_at(mine: IntArray, shown: Texels) -> tuple[FloatArray, IntArray]:
+    def values_at(shown: Texels) -> tuple[FloatArray, IntArray]:
         values = np.zeros((len(shown.index), channels))
         has = np.zeros(len(values), dtype=bool)
         for k, picture in enumerate(pictures):
             if picture is not None:
-                rows = np.flatnonzero(label[mine[shown.face]] == k)
+                rows = np.flatnonzero(label[shown.face] == k)
                 has[rows] = True
-                own = Texels(shown.index[rows], mine[shown.face[rows]], shown.weights[rows])
+                own = shown.select(rows)
                 mapped = ~is_bare[own.face]
                 values[rows[~mapped]] = bare if frames is None or channels < 3 else SMOOTH_NORMAL[:channels]
                 values[rows[mapped]] = _look_up(picture, own.select(mapped), uv, frames, channels)

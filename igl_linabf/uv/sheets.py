@@ -9,7 +9,7 @@ import numpy as np
 
 from .._types import BoolArray, IntArray
 from ..measures import format_pair_count
-from .uv_charts import UVCharts
+from .uv_charts import UVCharts, take_first_of_each_label
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,8 @@ def measure_sheets(
     counts = [
         np.bincount(rows, minlength=number).tolist() for rows in (sheet, sheet[~own], flips, of[pairs[:, 0]])
     ]
-    for i, (n_charts, n_stacked, n_flips, n_overlaps) in enumerate(zip(*counts, strict=True)):
-        first = int(np.argmax(sheet == i))
+    chart = take_first_of_each_label(np.arange(charts.number), sheet).tolist()
+    for i, (first, n_charts, n_stacked, n_flips, n_overlaps) in enumerate(zip(chart, *counts, strict=True)):
         left, low = charts.page[first].astype(int).tolist()
         density = float(np.sqrt(area_in_map[i] / area[i]) * width)
         image = charts.images[charts.image_of_chart[first]].item()

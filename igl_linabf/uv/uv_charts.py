@@ -147,7 +147,7 @@ class UVCharts:
         parts = _renumber(connected_labels(self._adjacent[sign[one] == sign[other]], len(self.F)))
         share = (
             np.bincount(parts, self.area)
-            / np.bincount(islands, self.area)[_take_first_of_each_label(islands, parts)]
+            / np.bincount(islands, self.area)[take_first_of_each_label(islands, parts)]
         )
         # large reversed parts are mirrored charts; the triangles of small reversed parts are flipped
         large = share >= LEAST_MIRRORED_SHARE
@@ -162,7 +162,7 @@ class UVCharts:
     @cached_property
     def image_of_chart(self) -> IntArray:
         """The image of each chart."""
-        return _take_first_of_each_label(self.image, self.chart)
+        return take_first_of_each_label(self.image, self.chart)
 
     @cached_property
     def boxes(self) -> tuple[FloatArray, FloatArray]:
@@ -321,6 +321,6 @@ def _renumber(label: IntArray) -> IntArray:
     return np.asarray(np.argsort(np.argsort(first))[inverse.ravel()])
 
 
-def _take_first_of_each_label(values: IntArray, label: IntArray) -> IntArray:
+def take_first_of_each_label(values: IntArray, label: IntArray) -> IntArray:
     """Return the first value of each label 0, 1, ..."""
     return np.asarray(values[np.unique(label, return_index=True)[1]])

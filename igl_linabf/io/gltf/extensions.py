@@ -8,6 +8,8 @@ from typing import Any
 from ...errors import MeshWarning, stack_level
 from ..parsing import Damaged
 
+DRACO = "KHR_draco_mesh_compression"
+MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 VARIANTS = "KHR_materials_variants"
 FEATURES, METADATA, INSTANCES = "EXT_mesh_features", "EXT_structural_metadata", "EXT_mesh_gpu_instancing"
 VIEW_KEYS = ("values", "arrayOffsets", "stringOffsets")  # references to buffer views in METADATA
@@ -18,7 +20,7 @@ KNOWN_EXTENSIONS = (
     *(FEATURES, METADATA, INSTANCES, "EXT_instance_features", "FB_ngon_encoding"),
     *("KHR_materials_*", "EXT_materials_*", "KHR_texture_*", "EXT_texture_*", "MSFT_texture_dds"),
     *("KHR_lights_*", "EXT_lights_*", "KHR_xmp*", "KHR_node_*", "KHR_animation_pointer"),
-    *("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"),
+    *(DRACO, *MESHOPT),
     *("KHR_mesh_quantization", "MSFT_lod", "VRM", "VRMC_*"),
 )
 

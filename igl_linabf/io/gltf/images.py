@@ -131,8 +131,8 @@ def _make_image_map(gltf: Gltf, use: TextureUse) -> ImageMap:
     a, b, c, d = cos * across, sin * down, -sin * across, cos * down
     upwards = ((float(a), float(-b), float(b + x)), (float(-c), float(d), float(1 - d - y)))
     nearest = sampler.get("magFilter") == Filter.NEAREST
-    read = partial(_read_image, gltf, texture)
     number, tiles = _find_image(texture), {}
+    read = partial(_read_image, gltf, number)
     if number is not None:
         uri = str(gltf.text["images"][number].get("uri", "data:"))
         files = {} if uri.startswith("data:") else gltf.folder.find_tiles(unquote(uri))
@@ -146,9 +146,8 @@ def _find_image(texture: dict[str, Any]) -> int | None:
     return next((source["source"] for source in sources if "source" in source), None)
 
 
-def _read_image(gltf: Gltf, texture: dict[str, Any]) -> bytes:
-    """Return the image file of a texture."""
-    number = _find_image(texture)
+def _read_image(gltf: Gltf, number: int | None) -> bytes:
+    """Return the image file with this number."""
     if number is None:
         raise MeshError("a texture has no image: remove it")
     image = gltf.entries("images")[number]

@@ -7,10 +7,11 @@ import numpy as np
 from ...errors import some
 from ..limits import check_expansion
 from ..parsing import Damaged
-from .compression import DRACO, MESHOPT
 from .extensions import (
+    DRACO,
     FEATURES,
     INSTANCES,
+    MESHOPT,
     METADATA,
     VARIANTS,
     VIEW_KEYS,

@@ -191,12 +191,12 @@ def load_looks(extras: Extras, folder: Folder) -> Extras:
             stacklevel=stack_level(),
         )
     for library in dict.fromkeys(libraries):
-        get_library_path = None if library in outside else folder.find(library)
-        if get_library_path is not None:
+        library_path = None if library in outside else folder.find(library)
+        if library_path is not None:
             with contextlib.suppress(OSError, Damaged):
                 materials = {
-                    name: attach_maps(look, folder.enter(get_library_path.parent))
-                    for name, look in read_library(get_library_path).items()
+                    name: attach_maps(look, folder.enter(library_path.parent))
+                    for name, look in read_library(library_path).items()
                 }
                 found = materials | found  # the first definition of a material takes precedence
     if not found:

@@ -108,9 +108,11 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
         columns.append(extras.normal + 1)
         tables["vn"] = extras.normals
     corners = np.column_stack(columns)
-    form = "/".join(["{}"] * len(columns))
     sizes, width, flat = mesh.polygons.sizes.tolist(), len(columns), corners.ravel().tolist()
-    forms = {k: f"f{f' {form}' * k}\n" for k in np.unique(mesh.polygons.sizes).tolist()}
+    forms, bare_forms = (
+        {k: f"f{f' {form}' * k}\n" for k in np.unique(mesh.polygons.sizes).tolist()}
+        for form in ("/".join(["{}"] * width), "//".join(["{}"] * (width - 1)))
+    )
     bare = set(np.flatnonzero(mesh.bare).tolist())
     materials = (words, np.where(material < 0, len(names), material)) if words else None
     headings = _make_headings(len(mesh.polygons), (("o", extras.parts), ("usemtl", materials)))
@@ -124,10 +126,11 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
         for i, k in enumerate(sizes):
             if i in headings:
                 file.write(headings[i])
-            end = start + k * width
-            line = forms[k].format(*flat[start:end])
-            file.write(_strip_texture_indices(line) if i in bare else line)
-            start = end
+            values = flat[start : start + k * width]
+            if i in bare:
+                del values[1::width]
+            file.write((bare_forms if i in bare else forms)[k].format(*values))
+            start += k * width
 
 
 def _make_headings(n: int, labels: Iterable[tuple[str, FaceLabels | None]]) -> dict[int, str]:
@@ -223,12 +226,6 @@ def _replace_texture_index(word: bytes, texture: int) -> bytes:
     if len(rest) == 2 and rest[1]:
         return b"%b/%d/%b" % (vertex, texture, rest[1])
     return b"%b/%d" % (vertex, texture)
-
-
-def _strip_texture_indices(line: str) -> str:
-    """Remove vt from all corners of a face line."""
-    keyword, *corners = line.encode().split()
-    return b" ".join([keyword, *map(_strip_texture_index, corners)]).decode() + "\n"
 
 
 def _strip_texture_index(word: bytes) -> bytes:

@@ -1,3 +1,3 @@
 """Decompress glTF files that are compressed by Draco or meshopt."""
 
-from .buffers import DRACO, MESHOPT, decompress
+from .buffers import decompress

@@ -8,16 +8,14 @@ from numpy.typing import NDArray
 
 from ...limits import check_expansion
 from ...parsing import Damaged, call_reader, import_optional
+from ..extensions import DRACO, MESHOPT
 from ..scene import DTYPES, WIDTHS, Component, Gltf, Mode
 from .draco import DracoMesh, decode_draco, read_counts
 
-DRACO = "KHR_draco_mesh_compression"
-MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 INDEX_BYTES = 4  # bytes of a decoded index
 INDEX_SIZES = (2, 4)  # bytes of an index that meshopt encodes
 # bytes of a row that each filter allows; all other filters allow multiples of 4
 FILTER_STRIDES = {"OCTAHEDRAL": (4, 8), "QUATERNION": (8,), "COLOR": (4, 8)}
-MAX_STRIDE = 256  # bytes of a row that meshopt encodes
 
 
 def decompress(gltf: Gltf) -> Gltf:
@@ -166,7 +164,7 @@ class _Decoder:
 def _check_layout(place: str, count: int, stride: int, mode: str, filter_: str) -> None:
     """Raise `Damaged` if the specification of meshopt does not allow rows of this kind."""
     if mode == "ATTRIBUTES":
-        is_allowed = stride % 4 == 0 and stride <= MAX_STRIDE
+        is_allowed = stride % 4 == 0
         is_allowed &= stride in FILTER_STRIDES.get(filter_, (stride,))
     else:
         is_allowed = stride in INDEX_SIZES and filter_ == "NONE" and (mode == "INDICES" or count % 3 == 0)
