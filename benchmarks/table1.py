@@ -82,8 +82,8 @@ CLOSED = ("closed", "stress")  # kinds of meshes among which models of the paper
 # Section 6: F/3nt and L2 stretch of one step of ABF++, and of linear ABF
 ONE_STEP = {"horse": (8.847e-4, 1.89, 2.906e-4, 1.11), "dino": (2.794e-3, 2.937, 1.184e-3, 1.22)}
 DIFFERS = """\
-F/3nt is printed in squared radians (rad²) and relative to the angles ([Reading the numbers](numbers.md)). The
-paper minimises relative errors. Its Table 1 does not name the unit, but agrees with squared radians on the
+F/3nt is printed in squared radians (rad²) and relative to the angles ([Reading the
+numbers](../numbers.md)). The paper minimises relative errors. Its Table 1 does not name the unit, but agrees with squared radians on the
 two models that are comparable: the cow with its cut by Seamster, and the three triangles with an angle
 deficit of 4.56 (the shapes of the triangles are not in the paper; those of this table are ours).
 

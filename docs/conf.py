@@ -105,7 +105,6 @@ html_title = "igl_linabf"
 html_static_path = ["_static"]
 html_css_files = ["pages.css"]
 html_show_sourcelink = False
-html_sidebars = {"results": []}  # without subpages
 html_theme_options = {
     "show_prev_next": True,
     "navbar_align": "left",

@@ -15,7 +15,7 @@ from igl_linabf.angles.full_system import right_hand_sides
 from igl_linabf.flattening import Outcome, Residuals, find_far_pins, linabf_angles
 from igl_linabf.surface import planar_mesh
 
-# F/3nt after one iteration, with a tolerance of 2 % (docs/results.md, "The paper's Table 1")
+# F/3nt after one iteration, with a tolerance of 2 % (docs/results/maps.md, "The paper's Table 1")
 ONE_ITERATION = {
     "disk__igl_camel_b.obj": 7.38e-3,
     "disk__igl_camelhead.off": 2.03e-3,

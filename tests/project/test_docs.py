@@ -139,7 +139,11 @@ def run_chromium(page: Path, folder: Path, *arguments: str) -> str:
 
 @pytest.mark.slow
 def test_every_page_of_the_folder_is_in_the_site(site) -> None:
-    names = {path.relative_to(ROOT / "docs").with_suffix(".html") for path in (ROOT / "docs").glob("*.md")}
+    docs = ROOT / "docs"
+    names = {
+        path.relative_to(docs).with_suffix(".html")
+        for path in (*docs.glob("*.md"), *docs.glob("results/*.md"))
+    }
     assert all((site / name).is_file() for name in names)
     assert "igl_linabf.linabf" in (site / "api" / "index.html").read_text("utf-8")
     for folder, pages in (("demos", "gallery"), ("recipes", "recipes")):

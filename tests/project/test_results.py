@@ -1,7 +1,8 @@
-"""docs/results.md is the output of the benchmarks; runs with fewer meshes do not change the page."""
+"""The pages in docs/results are the output of the benchmarks; runs with fewer meshes do not change a page."""
 
 from __future__ import annotations
 
+import pytest
 import results
 import table1
 from conftest import ROOT
@@ -10,9 +11,9 @@ PAGE = """# Results
 
 ## One
 
-`python benchmarks/one.py`
-
 It holds.
+
+`python benchmarks/one.py`
 
 | mesh | time |
 |---|---|
@@ -21,12 +22,28 @@ It holds.
 
 ## Two
 
-`python benchmarks/two.py`
+It holds, too.
+
+`python benchmarks/two.py --fast`
 
 | mesh | time | xatlas |
 |---|---|---|
 | lion | 1 | 3 |
 """
+OUTPUTS = {
+    "one.py": "| mesh | time |\n|---|---|\n| lion | 1 |\n| cow | 2 |\n",
+    "two.py --fast": "| mesh | time | xatlas |\n|---|---|---|\n| lion | 1 | 3 |\n",
+}
+
+
+@pytest.fixture
+def page(tmp_path, monkeypatch):
+    """Return a page in a folder of its own, and replace the benchmarks by their outputs."""
+    path = tmp_path / "page.md"
+    path.write_text(PAGE)
+    monkeypatch.setattr(results, "PAGES", tmp_path)
+    monkeypatch.setattr(results, "run_benchmark", OUTPUTS.__getitem__)
+    return path
 
 
 def test_lost_meshes_columns_and_sections_are_named() -> None:
@@ -39,43 +56,35 @@ def test_lost_meshes_columns_and_sections_are_named() -> None:
     assert results.find_losses("", PAGE) == []
 
 
-def test_a_run_with_fewer_meshes_does_not_change_the_page(tmp_path, monkeypatch, capsys) -> None:
-    page = tmp_path / "results.md"
-    page.write_text(PAGE)
-    monkeypatch.setattr(results, "PAGE", page)
-    monkeypatch.setattr(results, "SECTIONS", [("One", "one.py"), ("Two", "two.py")])
-    sections = {part.split("\n")[0]: f"\n## {part}" for part in PAGE.split("\n## ")[1:]}
-    monkeypatch.setattr(results, "run_section", lambda title, _: sections[title].replace("| cow | 2 |\n", ""))
-    assert results.main([]) == 1
-    assert page.read_text("utf-8") == PAGE
-    assert "would lose One: cow" in capsys.readouterr().err
-    monkeypatch.setattr(results, "run_section", lambda title, _: sections[title])
+def test_a_run_with_fewer_meshes_does_not_change_the_page(page, monkeypatch, capsys) -> None:
     assert results.main([]) == 0
-    assert results.rows(page.read_text("utf-8")) == results.rows(PAGE)
+    assert page.read_text() == PAGE
+    monkeypatch.setattr(results, "run_benchmark", lambda name: OUTPUTS[name].replace("| cow | 2 |\n", ""))
+    assert results.main([]) == 1
+    assert page.read_text() == PAGE
+    assert "would lose One: cow" in capsys.readouterr().err
 
 
-def test_the_page_has_every_section_under_its_command() -> None:
-    page = (ROOT / "docs" / "results.md").read_text("utf-8")
-    for title, command in results.SECTIONS:
-        assert f"## {title}\n\n`python benchmarks/{command}`\n" in page
-        assert len(results.rows(page)[title]) > 3
-    assert table1.DIFFERS in page
-
-
-def test_the_page_starts_with_the_finding_of_the_first_table() -> None:
-    page = (ROOT / "docs" / "results.md").read_text("utf-8")
-    first = page.split("\n\n")[1]
-    title, command = results.SECTIONS[0]
-    assert first.startswith("On the paper's cow, cut by Seamster, F/3nt is")
-    assert f"## {title}\n\n`python benchmarks/{command}`\n\n{first}" in page
-
-
-def test_only_requested_sections_are_replaced(tmp_path, monkeypatch) -> None:
-    page = tmp_path / "results.md"
-    page.write_text(PAGE)
-    monkeypatch.setattr(results, "PAGE", page)
-    monkeypatch.setattr(results, "SECTIONS", [("One", "one.py"), ("Two", "two.py")])
-    sections = {part.split("\n")[0]: f"\n## {part}" for part in PAGE.split("\n## ")[1:]}
-    monkeypatch.setattr(results, "run_section", lambda title, _: sections[title].replace(" 1 ", " 5 "))
+def test_only_requested_sections_are_replaced(page, monkeypatch) -> None:
+    monkeypatch.setattr(results, "run_benchmark", lambda name: OUTPUTS[name].replace(" 1 ", " 5 "))
     assert results.main(["--only", "two"]) == 0
-    assert "| lion | 1 |" in page.read_text() and "| lion | 5 | 3 |" in page.read_text()
+    assert page.read_text() == PAGE.replace("| lion | 1 | 3 |", "| lion | 5 | 3 |")
+
+
+@pytest.mark.parametrize("path", sorted(results.PAGES.glob("*.md")), ids=lambda path: path.stem)
+def test_every_section_has_a_conclusion_a_command_and_tables(path) -> None:
+    text = path.read_text("utf-8")
+    for section in text.split("\n## ")[1:]:
+        before, command, output = results.COMMAND.split(section)
+        title, conclusion, rest = before.split("\n\n", 2)
+        assert conclusion.endswith(".") and not rest, title
+        assert (ROOT / "benchmarks" / command.split()[0]).is_file(), title
+        assert len(results.rows(f"\n## {section}")[title]) > 3, title
+        assert output.startswith("\n") and output.endswith("\n"), title
+
+
+def test_the_first_table_has_its_finding_and_its_differences_from_the_paper() -> None:
+    text = (ROOT / "docs" / "results" / "maps.md").read_text("utf-8")
+    _, _, output = results.COMMAND.split(text.split("\n## ")[1])
+    assert output.strip().startswith("On the paper's cow, cut by Seamster, F/3nt is")
+    assert table1.DIFFERS in output
