@@ -83,9 +83,10 @@ CLOSED = ("closed", "stress")  # kinds of meshes among which models of the paper
 ONE_STEP = {"horse": (8.847e-4, 1.89, 2.906e-4, 1.11), "dino": (2.794e-3, 2.937, 1.184e-3, 1.22)}
 DIFFERS = """\
 F/3nt is printed in squared radians (rad²) and relative to the angles ([Reading the
-numbers](../numbers.md)). The paper minimises relative errors. Its Table 1 does not name the unit, but agrees with squared radians on the
-two models that are comparable: the cow with its cut by Seamster, and the three triangles with an angle
-deficit of 4.56 (the shapes of the triangles are not in the paper; those of this table are ours).
+numbers](../numbers.md)). The paper minimises relative errors. Its Table 1 does not name the unit, but
+agrees with squared radians on the two models that are comparable: the cow with its cut by Seamster, and
+the three triangles with an angle deficit of 4.56 (the shapes of the triangles are not in the paper;
+those of this table are ours).
 
 The other rows differ from the paper's table in three respects. The other cuts of the paper are not public.
 The models of this table are cut along the seams of `find_seams`, or are disks with other cuts and sizes.
