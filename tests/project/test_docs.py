@@ -85,6 +85,7 @@ def test_the_tests_of_the_promises_exist() -> None:
 def test_citation_and_changelog_have_the_current_version() -> None:
     version = metadata.version("igl-linabf")
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
+    assert f" version = {{{version}}},\n" in (ROOT / "docs" / "citing.md").read_text("utf-8")
     assert f"\n## {version} - " in (ROOT / "CHANGELOG.md").read_text("utf-8")
 
 
