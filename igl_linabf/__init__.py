@@ -21,7 +21,7 @@ def __getattr__(name: str) -> object:
 
         value: object = version("igl-linabf")
     elif name not in _IMPORTS:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{_find_home(name)}")
     elif _IMPORTS[name] == ".":
         return import_module(f".{name}", __name__)
     else:
@@ -31,4 +31,22 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_IMPORTS, "__version__"})
+    return sorted([*_IMPORTS, "__version__"])
+
+
+def _find_home(name: str) -> str:
+    """Return the end of an error message: where a public name lives, without importing the subpackages."""
+    import re
+    from importlib.util import find_spec
+
+    if name == "Seams":  # the class of version 0.2
+        return ": pass edges as seams=, and options as charts=igl_linabf.ChartOptions(...)"
+    for room in () if name.startswith("_") else (name for name, of in _IMPORTS.items() if of == "."):
+        spec = find_spec(f"{__name__}.{room}")
+        if spec is None or spec.origin is None:
+            continue
+        with open(spec.origin, encoding="utf-8") as source:
+            imports = re.findall(r"^from \S+ import (\([^)]*\)|.*)", source.read(), re.MULTILINE)
+        if name in re.findall(r"\w+", " ".join(imports)):
+            return f": it is {__name__}.{room}.{name}"
+    return ""

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import sys
+from collections.abc import Callable
+from functools import wraps
+from typing import ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 def printable(text: object) -> str:
@@ -94,6 +101,47 @@ def is_number(
     except (TypeError, ValueError, OverflowError):
         return False
     return low <= number <= high and not (above and number == low) and not (whole and number % 1 != 0)
+
+
+CONVERTERS = {
+    "meshio": "igl_linabf.adapters.from_meshio",
+    "open3d": "igl_linabf.adapters.from_open3d",
+    "pyvista": "igl_linabf.adapters.from_pyvista",
+    "trimesh": "igl_linabf.adapters.from_trimesh",
+}
+
+
+def takes_vertices_and_faces(function: Callable[P, T]) -> Callable[P, T]:
+    """Make a function of (V, F, ...) explain how to pass a mesh or a file, if `F` is missing.
+
+    Examples
+    --------
+    >>> import igl_linabf
+    >>> igl_linabf.unwrap("bunny.obj")
+    Traceback (most recent call last):
+    ValueError: unwrap takes vertices V and faces F: pass *igl_linabf.read_mesh('bunny.obj')
+    """
+
+    @wraps(function)
+    def checked(*args: P.args, **kwargs: P.kwargs) -> T:
+        if len(args) == 1 and "F" not in kwargs:
+            hint = _suggest_arrays(args[0])
+            raise ValueError(f"{function.__name__} takes vertices V and faces F: pass {hint}")
+        return function(*args, **kwargs)
+
+    return checked
+
+
+def _suggest_arrays(mesh: object) -> str:
+    """Return the expression for the vertices and faces of an object that was passed alone."""
+    library = type(mesh).__module__.partition(".")[0]
+    if library in CONVERTERS:
+        return f"*{CONVERTERS[library]}(mesh)"
+    if isinstance(mesh, str | os.PathLike):
+        return f"*igl_linabf.read_mesh({os.fspath(mesh)!r})"
+    if hasattr(mesh, "V") and hasattr(mesh, "F"):
+        return "mesh.V, mesh.F"
+    return "the arrays (#V, 3) and (#F, 3)"
 
 
 def stack_level() -> int:

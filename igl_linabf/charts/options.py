@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, is_number, some
-from ..flattening import Isometric, Method
+from ..flattening import Isometric, Method, MethodOptions, resolve_method
 from .atlas import ISOMETRY_ENERGY, STRETCH_ROUNDING, UNUSABLE_STRETCH
 from .cones import Cones, GivenCones
 from .features import Hiding
@@ -118,6 +118,22 @@ class ChartOptions:
         if len(bad):
             raise MeshError(f"labels at faces {some(bad)} are not integers: number the materials")
         return np.unique(np.asarray(self.labels), return_inverse=True)[1].ravel()[face]
+
+
+def resolve_method_of_charts(method: str | Method, options: MethodOptions) -> Method:
+    """Return the method with the keywords `options` of a call of `unwrap`.
+
+    Raises
+    ------
+    ValueError
+        An option is not an option of the method; the message states where it belongs.
+    """
+    for name, value in options.items():
+        for keyword, home in (("charts", ChartOptions), ("packing", Packing), ("cones", Cones)):
+            if name in {field.name for field in fields(home)}:
+                passed = f"{keyword}={home.__name__}({name}={value!r})"
+                raise ValueError(f"{name} is an option of {home.__name__}: pass {passed}")
+    return resolve_method(method, options)
 
 
 def resolve_options(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from .._core import lengths
 from .._runtime import Progress, progress_part, show_progress
 from .._types import FloatArray, IntArray
-from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, some, stack_level
-from ..flattening import Method, resolve_method
+from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, some, stack_level, takes_vertices_and_faces
+from ..flattening import Method, MethodOptions
 from ..measures import measure_quality
 from ..surface import (
     Cleaned,
@@ -45,7 +45,7 @@ from .charting import cut_into_pieces, make_charts
 from .cones import NO_CONES, ConeCharts, Cones, GivenCones, SurfaceCones, make_charts_with_cones
 from .costing import measure_cost
 from .features import CreasedSurface, find_unseen_charts, hiding_weights
-from .options import ChartOptions, ChartRules, resolve_options
+from .options import ChartOptions, ChartRules, resolve_method_of_charts, resolve_options
 from .packing import (
     MOST_TRIAL_CHARTS,
     PackedChart,
@@ -59,11 +59,15 @@ from .packing import (
 from .periodic import shift_by_period
 from .trade_search import search_trade
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack  # `typing` has it from Python 3.11
+
 MAX_MARGIN_SHARE = 0.64  # maximum share of a page that the margins around charts may cover
 SEARCHED_OVER_TRIAL = 0.88  # minimum ratio of the page size after a full search to that of a quick trial
 MAX_SPARSE_FILL = 0.57  # maximum fill of a page of many charts whose largest charts are cut
 
 
+@takes_vertices_and_faces
 def unwrap(
     V: ArrayLike,
     F: ArrayLike,
@@ -76,6 +80,7 @@ def unwrap(
     weld: float | Literal[False] | None = None,
     strict: bool = False,
     progress: Progress = None,
+    **options: Unpack[MethodOptions],
 ) -> Atlas:
     """Cut any surface into charts, flatten them without overlaps, and pack them.
 
@@ -108,6 +113,8 @@ def unwrap(
         Raise an error if the mesh is not a clean oriented manifold, instead of repairing it.
     progress : callable or False, optional
         As in `flatten`.
+    **options
+        Options of the method, as in `flatten`.
 
     Returns
     -------
@@ -123,7 +130,8 @@ def unwrap(
         one. With `strict`, also: the surface is not an oriented manifold, or a face has no area. With a texel
         density, also: the charts do not fit on the pages.
     ValueError
-        `weld` is out of its range, or options cannot be combined.
+        `weld` is out of its range, options cannot be combined, or an option is unknown; the message says
+        whether it is an option of `charts`, `packing` or `cones`.
 
     Warns
     -----
@@ -150,6 +158,7 @@ def unwrap(
     >>> unwrap(V, F).FTC.shape
     (6, 4)
     """
+    chosen = resolve_method_of_charts(method, options)
     asked, wanted, request = resolve_options(seams, charts, cones, packing)
     split = split_polygons(V, F)
     if split is not None:
@@ -174,7 +183,7 @@ def unwrap(
     face = np.arange(len(given)) if split is None else split.face
     source = _Source(surface, cleaned, seams, given, asked.label_faces(face))
     hidden = hiding_weights(surface, asked.hide, face)
-    rules = ChartRules.of(resolve_method(method), asked, seams is not None, hidden)
+    rules = ChartRules.of(chosen, asked, seams is not None, hidden)
     creased = CreasedSurface(surface, rules.hidden)
 
     def make(trade: float) -> Atlas:

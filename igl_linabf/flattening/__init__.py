@@ -20,6 +20,7 @@ from .methods import (
     Isometric,
     LinABF,
     Method,
+    MethodOptions,
     OneStepABFpp,
     get_guaranteed_method,
     resolve_method,

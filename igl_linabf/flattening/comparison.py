@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from .._notebook import html_row, html_table, map_svg
 from .._runtime import advance, align_columns, progress_part
 from .._types import FloatArray, IntArray
-from ..errors import FallbackWarning, is_number, stack_level
+from ..errors import FallbackWarning, is_number, stack_level, takes_vertices_and_faces
 from ..measures import Quality, quality
 from ..surface import planar_mesh, scatter
 from . import other_programs
@@ -102,6 +102,7 @@ class Comparison:
         return rows
 
 
+@takes_vertices_and_faces
 def compare(
     V: ArrayLike,
     F: ArrayLike,

@@ -6,14 +6,14 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import Progress, advance, show_progress
 from .._types import FloatArray
-from ..errors import MeshError, MeshWarning, OutcomeWarning, some, stack_level
+from ..errors import MeshError, MeshWarning, OutcomeWarning, some, stack_level, takes_vertices_and_faces
 from ..layouts import LayoutName
 from ..linalg import SolverName
 from ..measures import Distances, measure_quality
@@ -38,8 +38,21 @@ from ..surface import (
 )
 from .boundary_shapes import BoundaryName, resolve_shape
 from .constants import ABF_TOL, MOST_STRETCH, TOL
-from .methods import ABF, AREA_WEIGHT, ISOMETRIC_TOL, Isometric, Iterations, LinABF, Method, resolve_method
+from .methods import (
+    ABF,
+    AREA_WEIGHT,
+    ISOMETRIC_TOL,
+    Isometric,
+    Iterations,
+    LinABF,
+    Method,
+    MethodOptions,
+    resolve_method,
+)
 from .result import Flattening, Guarantee, Outcome
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack  # `typing` has it from Python 3.11
 
 Fit = Literal["area", "lengths"]
 
@@ -49,6 +62,7 @@ MIRRORED_SHARE = 0.9  # pins are mirrored if at least this share of their triang
 MOST_PINNED_TRIANGLES = 2000  # number of random triangles of pins for the orientation check
 
 
+@takes_vertices_and_faces
 def linabf(
     V: ArrayLike,
     F: ArrayLike,
@@ -147,6 +161,7 @@ def linabf(
     return _warn_if_bad(result).uv
 
 
+@takes_vertices_and_faces
 def abf(
     V: ArrayLike,
     F: ArrayLike,
@@ -210,6 +225,7 @@ def abf(
     return _warn_if_bad(result).uv
 
 
+@takes_vertices_and_faces
 def isometric(
     V: ArrayLike,
     F: ArrayLike,
@@ -261,6 +277,7 @@ def isometric(
     return _warn_if_bad(flatten(V, F, b, bc, method=method, outer=outer)).uv
 
 
+@takes_vertices_and_faces
 def lscm(V: ArrayLike, F: ArrayLike, b: ArrayLike | None = None, bc: ArrayLike | None = None) -> FloatArray:
     """Run `igl.lscm` with checked input, and with two distant pins by default.
 
@@ -296,6 +313,7 @@ def lscm(V: ArrayLike, F: ArrayLike, b: ArrayLike | None = None, bc: ArrayLike |
     return _warn_if_bad(flatten(V, F, b, bc, method="lscm")).uv
 
 
+@takes_vertices_and_faces
 def linabf_angles(
     V: ArrayLike,
     F: ArrayLike,
@@ -345,6 +363,7 @@ def _warn_if_bad(result: Flattening) -> Flattening:
     return result
 
 
+@takes_vertices_and_faces
 def flatten(
     V: ArrayLike,
     F: ArrayLike,
@@ -359,6 +378,7 @@ def flatten(
     fit: Fit = "area",
     clean: bool = False,
     progress: Progress = None,
+    **options: Unpack[MethodOptions],
 ) -> Flattening:
     """Flatten a disk, with or without holes; return the map with residuals, steps, times and outcome.
 
@@ -376,8 +396,8 @@ def flatten(
         "linabf": linear angle based parameterization. "abf": its converged form. "isometric": a compromise
         that also preserves areas. For comparison: "one-step-abf++", a single Newton step of ABF++; "lscm",
         `igl.lscm`; "scp", the spectral `igl.spectra.lscm`, which needs no pins; "dncp", the energy of LSCM
-        from cotangents. A name stands for the method with its default options. To set options, pass an
-        object, such as `igl_linabf.LinABF(iterations=1)` or `igl_linabf.ABF(tol=1e-7)`.
+        from cotangents. A name stands for the method with its default options. To set options, pass them
+        as keywords, or an object, such as `igl_linabf.LinABF(iterations=1)` or `igl_linabf.ABF(tol=1e-7)`.
     outer : int, optional
         A vertex of the outer boundary loop; all other loops are holes. By default, the loop that
         encloses all other loops is the outer loop.
@@ -403,6 +423,8 @@ def flatten(
     progress : callable or False, optional
         Called with the name of a stage and the completed fraction, from 0 to 1. An exception that it raises
         ends the computation. By default, a bar is shown on a terminal after two seconds; False shows nothing.
+    **options
+        Options of the method, such as `guarantee="injective"` for "linabf" or `weight=3` for "isometric".
 
     Returns
     -------
@@ -419,9 +441,9 @@ def flatten(
         message then suggests valid angles. With `clean`: the repair cuts the surface apart at a vertex, which
         would have several positions in the map.
     ValueError
-        The name of the method, of the `boundary` or of the `fit` is unknown, or the method cannot shape the
-        boundary. `up` is not a direction, or is combined with another placement of the map. `fit` is combined
-        with pins, which determine the scale.
+        The name of the method, of one of its options, of the `boundary` or of the `fit` is unknown, or the
+        method cannot shape the boundary. `up` is not a direction, or is combined with another placement of
+        the map. `fit` is combined with pins, which determine the scale.
 
     Warns
     -----
@@ -450,6 +472,7 @@ def flatten(
         raise ValueError(f"fit is {fit!r}: use 'area' or 'lengths'")
     if fit == "lengths" and b is not None:
         raise ValueError("the pins set the scale of the map: leave out fit, or pin nothing")
+    method = resolve_method(method, options)
     if not clean:
         return flatten_mesh(
             lambda: planar_mesh(V, F, outer), method, b, bc, progress, boundary, corners, up, fit

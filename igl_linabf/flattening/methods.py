@@ -6,7 +6,7 @@ import operator
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal
+from typing import Literal, TypedDict
 
 from .._runtime import stopwatch
 from ..errors import is_number
@@ -315,14 +315,33 @@ METHODS: dict[str, Callable[..., Method]] = {
 }
 
 
-def resolve_method(method: str | Method, several: bool = False) -> Method:
-    """Return the given method, or the method of this name with its default options."""
+class MethodOptions(TypedDict, total=False):
+    """The options of all methods, for functions that accept them as keywords."""
+
+    iterations: Iterations
+    layout: LayoutName
+    rtol: float | None
+    tol: float
+    threshold: float
+    safeguard: bool
+    guarantee: Guarantee | None
+    weight: float
+    solver: SolverName
+
+
+def resolve_method(
+    method: str | Method, options: MethodOptions | None = None, *, several: bool = False
+) -> Method:
+    """Return the given method, or the method of this name, with the given options.
+
+    Options that are not given keep their values.
+    """
     if isinstance(method, Method):
-        return method
+        return replace(method, **options) if options else method  # type: ignore[type-var]
     if not isinstance(method, str) or method not in METHODS:
         amount = "some" if several else "one"
         raise ValueError(f"method is {method!r}: use {amount} of {', '.join(map(repr, METHODS))}")
-    return METHODS[method]()
+    return METHODS[method](**options or {})
 
 
 def get_guaranteed_method(method: Method) -> Method | None:

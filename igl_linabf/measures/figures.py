@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from .._notebook import html_table
 from .._runtime import align_columns
 from .._types import FloatArray
+from ..errors import takes_vertices_and_faces
 from ..surface import Ragged, Submesh, scale_to_unit_size
 from .distances import Distances, check_rings
 from .overlapping import format_pair_count, overlapping_pairs
@@ -154,6 +155,7 @@ def _format_value(name: str, value: float | None) -> str:
     return f"{value:.4g}"
 
 
+@takes_vertices_and_faces
 def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike, rings: int | None = None) -> Quality:
     """Measure the distortion of a flat map.
 

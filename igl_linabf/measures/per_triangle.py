@@ -11,12 +11,14 @@ from numpy.typing import ArrayLike
 
 from .._core import triangle_changes
 from .._types import BoolArray, FloatArray
+from ..errors import takes_vertices_and_faces
 from ..surface import Ragged, Submesh, scale_to_unit_size
 
 Measure = Literal["angle", "conformal", "stretch", "area"]
 MEASURES: tuple[Measure, ...] = ("angle", "conformal", "stretch", "area")
 
 
+@takes_vertices_and_faces
 def distortion(V: ArrayLike, F: ArrayLike, uv: ArrayLike, measure: Measure = "angle") -> FloatArray:
     """Measure the distortion of each triangle by a flat map; `quality` measures the whole map.
 

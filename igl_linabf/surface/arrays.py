@@ -17,8 +17,9 @@ Pins = tuple[IntArray, FloatArray]  # pinned vertices (#P,) and their positions 
 
 def vertex_array(V: ArrayLike, columns: int = 3, name: str = "V") -> FloatArray:
     """Return `V` as a C-ordered (#V, columns) float64 array."""
+    hint = _suggest_map(V) if columns == 2 else ""
     array = _convert_array(
-        V, "biuf", f"{name} is not an array of real numbers: pass #V by {columns} coordinates"
+        V, "biuf", f"{name} is not an array of real numbers: {hint or f'pass #V by {columns} coordinates'}"
     )
     if array.ndim != 2 or array.shape[1] != columns or len(array) == 0:
         hint = "append a column of zeros" if array.shape[1:] == (2,) else f"pass #V by {columns} coordinates"
@@ -265,5 +266,18 @@ def _convert_array(values: ArrayLike, kinds: str, message: str) -> np.ndarray:
     except (TypeError, ValueError):
         raise MeshError(message) from None
     if array.dtype.kind not in kinds and array.size:
-        raise MeshError(f"{message} (the dtype is {array.dtype})")
+        what = f"the dtype is {array.dtype}" if array.ndim else f"the type is {type(values).__name__}"
+        raise MeshError(f"{message} ({what})")
     return array
+
+
+def _suggest_map(result: object) -> str:
+    """Return what to pass instead of a result of `flatten` or `unwrap`; "" for other objects."""
+    if hasattr(result, "uv"):
+        return "pass its attribute uv"
+    if hasattr(result, "TC") and hasattr(result, "origin"):
+        return (
+            "the vertices of the cut surface are V[atlas.origin], its triangles atlas.triangles, and their "
+            "map atlas.flat"
+        )
+    return ""

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..charts import UDIM_ROW, Atlas, page_size
+from ..charts import UDIM_ROW, page_size
 from ..errors import MemoryLimitError, MeshError, is_number
 from ..linalg import format_gigabytes, free_memory, has_free_memory
-from ..surface import vertex_array
+from .coordinates import Coordinates, MappedTriangles
 from .texels import Rows, Size, Texels, find_boundary_texels, find_covered_texels, find_nearest_known
 
 STRIP_TEXELS = 1 << 20  # number of texels to paint at a time, to bound the memory
@@ -25,7 +25,7 @@ Values = ArrayLike | Callable[[FloatArray], ArrayLike]
 def bake(
     V: ArrayLike,
     F: Any,
-    atlas: Atlas,
+    atlas: Coordinates,
     values: Values,
     resolution: int | tuple[int, int],
     *,
@@ -42,9 +42,11 @@ def bake(
     V : (#V, 3) float
     F : (#F, 3) int
         The unwrapped faces, which may be polygons.
-    atlas : Atlas
+    atlas : Atlas, (#V, 2) float, or (TC, FTC)
         Result of `unwrap` with `Packing(resolution=resolution)`, so that the distances between charts
-        suffice.
+        suffice; or a map within the unit square; or the texture coordinates of any program, `TC` (#TC, 2)
+        with their rows `FTC` at the corners, -1 at corners without coordinates. Each triangle has to lie in
+        one UDIM tile. Where triangles overlap, a texel gets the value of the last one.
     values : (#V,), (#V, k) or (#F, 3, k) float, or callable
         Values at vertices or at corners of triangles, or a function of points (#P, 3) that returns (#P,) or
         (#P, k).
@@ -64,7 +66,8 @@ def bake(
     Raises
     ------
     MeshError
-        The arrays do not match the atlas.
+        The arrays do not match the atlas, or a triangle lies outside the unit square and all other UDIM
+        tiles.
     ValueError
         The resolution is not positive.
 
@@ -83,19 +86,24 @@ def bake(
     >>> heights = bake(V, F, atlas, lambda points: points[:, 2], 64)
     >>> bool(abs(heights).max() <= 1)
     True
+
+    Bake for a map, or for texture coordinates of another program:
+
+    >>> uv = igl_linabf.io.unit_square(igl_linabf.linabf(V, F[1:]))
+    >>> bake(V, F[1:], uv, V, 64).shape, bake(V, F, (atlas.TC, atlas.FTC), V, 64).shape
+    ((64, 64, 3), (64, 64, 3))
     """
     size = page_size(resolution)
     padding = check_padding(padding)
-    positions = check_vertices(V, atlas)
-    triangles = atlas.triangles
-    at_corners, function = _get_corner_values(values, positions, atlas, triangles)
-    check_image_memory(size, atlas.pages, 3 if function is not None else at_corners.shape[2])
+    mapped = MappedTriangles.of(V, F, atlas)
+    at_corners, function = _get_corner_values(values, mapped)
+    check_image_memory(size, mapped.pages, 3 if function is not None else at_corners.shape[2])
 
     def values_at(shown: Texels) -> tuple[FloatArray, IntArray]:
         made = shown.values(at_corners)
         return made if function is None else _call_function(function, made), shown.index
 
-    images = [paint_page(page, size, padding, background, values_at) for page in list_pages(atlas, size)]
+    images = [paint_page(page, size, padding, background, values_at) for page in list_pages(mapped, size)]
     image = images[0] if len(images) == 1 else np.stack(images)
     # scalar values give an image without a channel axis
     alone = image.shape[-1] == 1 if callable(values) else np.ndim(values) == 1
@@ -115,20 +123,6 @@ def check_padding(padding: int) -> int:
     return int(padding)
 
 
-def check_vertices(V: ArrayLike, atlas: Atlas) -> FloatArray:
-    """Convert the vertices to an array, and check that the atlas belongs to them.
-
-    Raises
-    ------
-    MeshError
-        The atlas refers to more vertices.
-    """
-    positions = vertex_array(V)
-    if len(atlas.origin) and int(atlas.origin.max()) >= len(positions):
-        raise MeshError(f"the atlas has more vertices than the {len(positions)} of V: pass the unwrapped V")
-    return positions
-
-
 def check_image_memory(size: Size, number: int, channels: int) -> None:
     """Raise a `MemoryLimitError` if `number` images of this size do not fit into memory."""
     texels = size[0] * size[1]
@@ -143,12 +137,12 @@ def check_image_memory(size: Size, number: int, channels: int) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Page:
-    """The triangles of an atlas on one of its pages.
+    """The triangles on one page.
 
     Attributes
     ----------
     faces : (#T,) int64
-        Rows of the triangles of the atlas.
+        Indices of the triangles.
     triangles : (#T, 3, 2) float64
         Corners of the triangles, in texels.
     F : (#T, 3) int64
@@ -160,18 +154,12 @@ class Page:
     F: IntArray
 
 
-def list_pages(atlas: Atlas, size: Size) -> Iterator[Page]:
-    """Yield the triangles of each page of an atlas."""
-    triangles, chart = atlas.triangles, atlas.chart
-    if atlas.report.split is not None:
-        chart = chart[atlas.report.split.face]
-    used = chart >= 0
-    page = np.zeros(len(triangles), dtype=np.int64)
-    page[used] = atlas.page[chart[used]]
-    for k in range(atlas.pages):
-        mine = np.flatnonzero(page == k)
-        uv = atlas.TC[triangles[mine]] - [k % UDIM_ROW, k // UDIM_ROW]
-        yield Page(mine, uv * size - 0.5, triangles[mine])
+def list_pages(mapped: MappedTriangles, size: Size) -> Iterator[Page]:
+    """Yield the triangles of each page."""
+    for k in range(mapped.pages):
+        mine = np.flatnonzero(mapped.page == k)
+        rows = mapped.rows[mine]
+        yield Page(mine, (mapped.TC[rows] - [k % UDIM_ROW, k // UDIM_ROW]) * size - 0.5, rows)
 
 
 def paint_page(
@@ -183,8 +171,8 @@ def paint_page(
 ) -> FloatArray:
     """Return the image of a page, (height, width, k), painted in strips to bound the memory.
 
-    `values_at(texels)` returns the values (#P, k) and the indices of texels; `texels.face` is a row of the
-    triangles of the atlas. Known texels are copied into the free texels within a distance of `padding`.
+    `values_at(texels)` returns the values (#P, k) and the indices of texels; `texels.face` is the index of a
+    triangle. Known texels are copied into the free texels within a distance of `padding`.
     """
     width, height = size
     image, is_known = np.empty((0, 0)), np.zeros((height, width), dtype=bool)
@@ -218,11 +206,12 @@ def _iterate_strips(height: int, width: int) -> Iterator[Rows]:
 
 
 def _get_corner_values(
-    values: Values, positions: FloatArray, atlas: Atlas, triangles: IntArray
+    values: Values, mapped: MappedTriangles
 ) -> tuple[FloatArray, Callable[[FloatArray], ArrayLike] | None]:
     """Return values at the corners of triangles, (#T, 3, k), and None; or positions and their function."""
+    triangles, n = mapped.F, len(mapped.V)
     if callable(values):
-        return positions[atlas.origin[triangles]], values
+        return mapped.V[triangles], values
     given = _to_numbers(values, "values are not")
     if given.ndim == 3:
         if given.shape[:2] != triangles.shape:
@@ -231,12 +220,12 @@ def _get_corner_values(
                 "pass (#F, 3, k), or values at vertices"
             )
         return given, None
-    if given.ndim not in (1, 2) or len(given) != len(positions):
+    if given.ndim not in (1, 2) or len(given) != n:
         raise MeshError(
-            f"values have the shape {given.shape} for {len(positions)} vertices: "
+            f"values have the shape {given.shape} for {n} vertices: "
             "pass (#V,), (#V, k), (#F, 3, k) or a function of the point"
         )
-    return given.reshape(len(given), -1)[atlas.origin[triangles]], None
+    return given.reshape(n, -1)[triangles], None
 
 
 def _to_numbers(values: ArrayLike, what: str) -> FloatArray:

@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..charts import FIRST_UDIM_TILE, Atlas, page_size
+from ..charts import FIRST_UDIM_TILE, page_size
 from ..errors import MeshError, some
 from ..surface import Polygons, unit_vectors, vertex_array
-from .baking import check_image_memory, check_padding, check_vertices, list_pages, paint_page
+from .baking import check_image_memory, check_padding, list_pages, paint_page
+from .coordinates import Coordinates, MappedTriangles
 from .sampling import Picture
 from .tangents import Frames, change_frames, compute_tangent_frames
-from .texels import Texels
+from .texels import Size, Texels
 
 SMOOTH_NORMAL = (0.5, 0.5, 1.0, 1.0)  # RGBA of a direction along the normal in a normal map
 
@@ -24,7 +25,7 @@ SMOOTH_NORMAL = (0.5, 0.5, 1.0, 1.0)  # RGBA of a direction along the normal in 
 def bake_texture(
     V: ArrayLike,
     F: Any,
-    atlas: Atlas,
+    atlas: Coordinates,
     TC: ArrayLike,
     FTC: Any,
     images: Sequence[ArrayLike | Picture | None] | Picture | FloatArray,
@@ -46,8 +47,8 @@ def bake_texture(
     V : (#V, 3) float
     F : (#F, 3) int
         The unwrapped faces, which may be polygons.
-    atlas : Atlas
-        Result of `unwrap` with `Packing(resolution=resolution)`.
+    atlas : Atlas, (#V, 2) float, or (TC, FTC)
+        The new texture coordinates, as in `bake`.
     TC : (#TC, 2) float
         The old texture coordinates, with v pointing up.
     FTC : in the shape of `F`
@@ -93,15 +94,15 @@ def bake_texture(
     True
     """
     size, padding = page_size(resolution), check_padding(padding)
-    positions = check_vertices(V, atlas)
-    uv, is_bare = _get_old_coordinates(F, TC, FTC, atlas)
+    mapped = MappedTriangles.of(V, F, atlas)
+    uv, is_bare = _get_old_coordinates(F, TC, FTC, mapped)
     pictures = _convert_images(images)
-    label = _get_labels(labels, len(uv), len(pictures), atlas)
+    label = _get_labels(labels, len(uv), len(pictures), mapped)
     pictures, label = _separate_tiles(pictures, label, uv, ~is_bare)
-    frames = None if normals is None else _compute_frames(positions, atlas, uv, normals)
+    frames = None if normals is None else _compute_frames(mapped, size, uv, normals)
     widths = {picture.pixels.shape[2] for picture in pictures if picture is not None}
     channels = (3 if max(widths) >= 3 else 1) + bool(widths & {2, 4})  # colours or grey, plus alpha
-    check_image_memory(size, atlas.pages, channels)
+    check_image_memory(size, mapped.pages, channels)
 
     def values_at(shown: Texels) -> tuple[FloatArray, IntArray]:
         values = np.zeros((len(shown.index), channels))
@@ -111,12 +112,12 @@ def bake_texture(
                 rows = np.flatnonzero(label[shown.face] == k)
                 has[rows] = True
                 own = shown.select(rows)
-                mapped = ~is_bare[own.face]
-                values[rows[~mapped]] = bare if frames is None or channels < 3 else SMOOTH_NORMAL[:channels]
-                values[rows[mapped]] = _look_up(picture, own.select(mapped), uv, frames, channels)
+                known = ~is_bare[own.face]
+                values[rows[~known]] = bare if frames is None or channels < 3 else SMOOTH_NORMAL[:channels]
+                values[rows[known]] = _look_up(picture, own.select(known), uv, frames, channels)
         return values[has], shown.index[has]
 
-    made = [paint_page(page, size, padding, 0.0, values_at) for page in list_pages(atlas, size)]
+    made = [paint_page(page, size, padding, 0.0, values_at) for page in list_pages(mapped, size)]
     return made[0] if len(made) == 1 else np.stack(made)
 
 
@@ -135,7 +136,9 @@ def _look_up(
     return found
 
 
-def _get_old_coordinates(F: Any, TC: ArrayLike, FTC: Any, atlas: Atlas) -> tuple[FloatArray, BoolArray]:
+def _get_old_coordinates(
+    F: Any, TC: ArrayLike, FTC: Any, mapped: MappedTriangles
+) -> tuple[FloatArray, BoolArray]:
     """Return the old texture coordinates at the corners of the triangles, (#T, 3, 2).
 
     The second result is a mask of the triangles without texture coordinates, whose coordinates are 0.
@@ -147,14 +150,10 @@ def _get_old_coordinates(F: Any, TC: ArrayLike, FTC: Any, atlas: Atlas) -> tuple
         raise MeshError(
             f"faces {some(bad)} refer to old texture coordinates outside 0..{len(points) - 1}: correct FTC"
         )
-    place = (
-        atlas.report.split.place
-        if atlas.report.split is not None
-        else np.arange(polygons.sizes.sum()).reshape(-1, 3)
-    )
-    if len(place) != len(atlas.triangles):
+    place = mapped.split.place if mapped.split is not None else np.arange(polygons.sizes.sum()).reshape(-1, 3)
+    if len(place) != len(mapped.F):
         raise MeshError(
-            f"the atlas has {len(atlas.triangles)} triangles, and F has {len(place)}: pass the unwrapped F"
+            f"the atlas has {len(mapped.F)} triangles, and F has {len(place)}: pass the unwrapped F"
         )
     rows = texture.corners[place]
     uv = np.concatenate((points, [[0.0, 0.0]]))[np.where(rows < 0, len(points), rows)]
@@ -207,7 +206,7 @@ def _separate_tiles(
     return separated, label
 
 
-def _get_labels(labels: ArrayLike | None, n_triangles: int, number: int, atlas: Atlas) -> IntArray:
+def _get_labels(labels: ArrayLike | None, n_triangles: int, number: int, mapped: MappedTriangles) -> IntArray:
     """Return, for each triangle, the index of its image, or -1."""
     if labels is None:
         if number > 1:
@@ -216,7 +215,7 @@ def _get_labels(labels: ArrayLike | None, n_triangles: int, number: int, atlas: 
             )
         return np.zeros(n_triangles, dtype=np.int64)
     given = np.asarray(labels)
-    face = np.arange(n_triangles) if atlas.report.split is None else atlas.report.split.face
+    face = np.arange(n_triangles) if mapped.split is None else mapped.split.face
     if given.shape != (int(face.max(initial=-1)) + 1,) or given.dtype.kind not in "iu":
         raise MeshError(f"labels have the shape {given.shape}: pass an integer for each face")
     bad = np.flatnonzero(given >= number)
@@ -225,14 +224,18 @@ def _get_labels(labels: ArrayLike | None, n_triangles: int, number: int, atlas: 
     return np.asarray(given[face], dtype=np.int64)
 
 
-def _compute_frames(V: FloatArray, atlas: Atlas, uv: FloatArray, normals: ArrayLike) -> tuple[Frames, Frames]:
+def _compute_frames(
+    mapped: MappedTriangles, size: Size, uv: FloatArray, normals: ArrayLike
+) -> tuple[Frames, Frames]:
     """Return the tangent frames of the old and the new map at the corners of triangles."""
-    F = atlas.origin[atlas.triangles]
+    V, F = mapped.V, mapped.F
     if isinstance(normals, str) and normals == "vertices":
         directions = np.nan_to_num(igl.per_vertex_normals(V, F))[F]
     else:
         directions = np.asarray(normals, dtype=np.float64)
     if directions.shape != (*F.shape, 3):
         raise MeshError(f"normals have the shape {directions.shape}: pass {(*F.shape, 3)}, or 'vertices'")
-    old, new = (compute_tangent_frames(V[F], directions, map_) for map_ in (uv, atlas.flat[atlas.triangles]))
+    aspect = size[1] / size[0] if mapped.aspect is None else mapped.aspect
+    flat = mapped.TC[mapped.rows] * [1, aspect]
+    old, new = (compute_tangent_frames(V[F], directions, map_) for map_ in (uv, flat))
     return old, new

@@ -12,7 +12,7 @@ from .._notebook import html_row, html_table, map_svg
 from .._runtime import align_columns
 from .._types import FloatArray, IntArray
 from ..charts import page_size, texture_seams
-from ..errors import MeshError, is_number, some
+from ..errors import MeshError, is_number, some, takes_vertices_and_faces
 from ..measures import Quality, format_pair_count, measure_quality
 from ..surface import Submesh, merge_coincident
 from .margins import measure_margins
@@ -250,6 +250,7 @@ LIMITS = {  # the bounded figures, the factor of the limit, and the remedy
 }
 
 
+@takes_vertices_and_faces
 def check_uv(
     V: ArrayLike,
     F: ArrayLike,

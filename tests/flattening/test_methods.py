@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple
+from dataclasses import astuple, fields
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from hostile_meshes import find_flipped_exactly
 from igl_linabf import FallbackWarning, LinABF, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.angles import build_constraints
 from igl_linabf.angles.full_system import right_hand_sides
-from igl_linabf.flattening import Outcome, Residuals, find_far_pins, linabf_angles
+from igl_linabf.flattening import METHODS, MethodOptions, Outcome, Residuals, find_far_pins, linabf_angles
 from igl_linabf.surface import planar_mesh
 
 # F/3nt after one iteration, with a tolerance of 2 % (docs/results/maps.md, "The paper's Table 1")
@@ -158,3 +158,16 @@ def test_invalid_options_of_methods_are_refused(options: dict) -> None:
         flatten(V, F, method=LinABF(**options))
     with pytest.raises(ValueError, match="use one of"):
         flatten(V, F, method="nonesuch")
+
+
+def test_keywords_set_the_options_of_a_method() -> None:
+    V, F = load("bumps")
+    for method, given, whole in (
+        ("linabf", {"iterations": 1}, LinABF(iterations=1)),
+        (LinABF(layout="greedy"), {"iterations": 3}, LinABF(iterations=3, layout="greedy")),
+    ):
+        of_keywords = flatten(V, F, method=method, **given)
+        assert (of_keywords.uv == flatten(V, F, method=whole).uv).all()
+        assert (of_keywords.uv != flatten(V, F, method=method).uv).any()
+    options = {field.name: field.type for method in METHODS.values() for field in fields(method)}
+    assert {name: of.__forward_arg__ for name, of in MethodOptions.__annotations__.items()} == options

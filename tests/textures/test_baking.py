@@ -19,7 +19,7 @@ from igl_linabf.errors import MemoryLimitError
 from igl_linabf.io import read_mesh, write_image, write_mesh, write_textured
 from igl_linabf.linalg import memory
 from igl_linabf.surface import complex_positions, signed_double_areas
-from igl_linabf.textures import bake, baking
+from igl_linabf.textures import bake, bake_texture, baking
 
 Surface = tuple[np.ndarray, np.ndarray, Atlas]
 RESOLUTION = 256
@@ -277,3 +277,40 @@ def test_a_texel_beside_a_chart_has_the_value_of_the_nearest_point_of_its_outlin
     nearest = np.clip(centre, atlas.TC.min(axis=0), atlas.TC.max(axis=0))
     assert (nearest != centre).any(axis=1).sum() > 100
     np.testing.assert_allclose(image[row, column], nearest, atol=1e-9)
+
+
+def test_an_atlas_its_coordinates_and_its_map_give_the_same_image() -> None:
+    """Quadrangles and triangles, several pages, and a map with a row for each vertex."""
+    grid = np.array([[x, y, np.sin(x)] for y in range(6) for x in range(8)], dtype=float)
+    quads = np.array([[0, 1, 9, 8]]) + [[8 * y + x] for y in range(5) for x in range(7)]
+    for F in (quads, np.vstack((quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]))):
+        atlas = unwrap(grid, F, np.zeros((0, 2), dtype=int), packing=Packing(resolution=64))
+        image = bake(grid, F, atlas, grid, 64)
+        uv = np.empty((len(grid), 2))
+        uv[atlas.origin] = atlas.TC
+        assert (bake(grid, F, (atlas.TC, atlas.FTC), grid, 64) == image).all()
+        assert (bake(grid, F, uv, grid, 64) == image).all()
+        assert (bake(grid, F, uv.tolist(), grid.tolist(), 64) == image).all()
+        old = image / 20 + 0.3
+        moved = bake_texture(grid, F, atlas, atlas.TC, atlas.FTC, old, 64)
+        assert (bake_texture(grid, F, uv, atlas.TC, atlas.FTC, old, 64) == moved).all()
+    V, F = ball()
+    atlas = unwrap(V, F, packing=Packing(resolution=64, texel_density=40))
+    assert atlas.pages > 1
+    image = bake(V, F, atlas, V, 64)
+    assert (bake(V, F, (atlas.TC, atlas.FTC), V, 64) == image).all()
+    bare = atlas.FTC.copy()
+    bare[atlas.chart > 0] = -1
+    assert (bake(V, F, (atlas.TC, bare), V, 64)[0] == image[0]).sum() > 64
+
+
+def test_coordinates_that_no_page_holds_are_refused() -> None:
+    V, F = ball()
+    atlas = unwrap(V, F)
+    for TC in (atlas.TC - 0.5, atlas.TC + 0.5, atlas.TC + 10, 2 * atlas.TC):
+        with pytest.raises(MeshError, match=r"outside the unit square.*unit_square"):
+            bake(V, F, (TC, atlas.FTC), V, 64)
+    with pytest.raises(MeshError, match="NaN or infinite"):
+        bake(V, F, (np.where(atlas.TC.max(axis=0) == atlas.TC, np.nan, atlas.TC), atlas.FTC), V, 64)
+    with pytest.raises(MeshError, match="a row for each vertex"):
+        bake(V, F, atlas.TC[:5], V, 64)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..._types import FloatArray, IntArray
-from ...errors import SingularSystemError, is_number
+from ...errors import SingularSystemError, is_number, takes_vertices_and_faces
 from ...flattening import Isometric, Method, resolve_method
 from ...measures import measure_change, overlapping_pairs_of_chart
 from ...surface import Submesh, compact, cut_faces, face_array, manifold_topology, seam_mask, vertex_array
@@ -31,6 +31,7 @@ MIN_MEDIUM_BODIES = 100  # minimum number of components for medium-sized compone
 MAX_FLAT_SHARE_OF_SMOOTH_BODY = 0.1  # maximum share of flat area of a smooth component
 
 
+@takes_vertices_and_faces
 def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:
     """Cut a surface along edges, as `igl.cut_mesh` does, with checked input.
 
@@ -76,6 +77,7 @@ def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntAr
     return positions[origin], F_cut, origin
 
 
+@takes_vertices_and_faces
 def find_seams(
     V: ArrayLike,
     F: ArrayLike,

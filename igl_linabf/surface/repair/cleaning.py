@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..._core import group_sides
 from ..._types import BoolArray, FloatArray, IntArray
-from ...errors import MAX_LISTED, MeshError, is_number, some
+from ...errors import MAX_LISTED, MeshError, is_number, some, takes_vertices_and_faces
 from ..areas import find_faces_without_area
 from ..arrays import check_finite, check_indices, distinct_corners, face_array, vertex_array
 from ..constants import SMALLEST_COORDINATE
@@ -165,6 +165,7 @@ class Cleaned:
         return iter((self.V, self.F, self.origin, self.repairs))
 
 
+@takes_vertices_and_faces
 def clean(V: ArrayLike, F: ArrayLike, *, weld: float | Literal[False] | None = None) -> Cleaned:
     """Repair arbitrary triangles into an oriented manifold whose faces all have an area.
 
