@@ -1,8 +1,22 @@
-"""Linear angle based parameterization of triangle meshes, for use with libigl.
+"""UV unwrapping and flattening of triangle meshes, by linear angle based parameterization.
+
+For vertices V (#V, 3) and faces F (#F, 3), call:
+
+    unwrap(V, F)               for any mesh: an atlas of charts with even texels
+    linabf(V, F)               for a disk: a map that preserves angles; abf(V, F) is its reference
+    isometric(V, F)            for a disk: a map that preserves lengths and areas
+    flatten(V, F)              for a disk: a map with its outcome, residuals and times
+    quality(V, F, uv)          for any map: its distortion, flips and overlaps
+    check_uv(V, F, TC, FTC)    for texture coordinates of any program: their faults
+    find_seams(V, F)           for any mesh: edges to cut along; cut(V, F, seams) cuts
+    clean(V, F)                for a mesh that is not manifold or oriented: its repair
+    read_mesh(path)            for files; write_mesh writes maps and atlases
+    textures.bake(V, F, ...)   for colours or other values: their image on an atlas
 
 >>> import igl, igl_linabf
 >>> V, F = igl.icosahedron()
->>> uv = igl_linabf.linabf(V, F[1:])
+>>> atlas = igl_linabf.unwrap(V, F)  # texture coordinates atlas.TC, and their indices atlas.FTC
+>>> uv = igl_linabf.linabf(V, F[1:])  # (#V, 2)
 """
 
 from importlib import import_module

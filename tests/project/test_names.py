@@ -17,7 +17,8 @@ from documented import read_reference, resolve
 
 import igl_linabf
 
-PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "docs" / "api" / "index.rst"]
+DOCS = ROOT / "docs"
+PAGES = [*ROOT.glob("*.md"), *DOCS.glob("*.md"), *DOCS.glob("results/*.md"), DOCS / "api" / "index.rst"]
 SCRIPTS = [path for name in ("demos", "recipes", "benchmarks") for path in (ROOT / name).rglob("*.py")]
 SOURCES = [*(ROOT / "igl_linabf").rglob("*.py"), *SCRIPTS]
 FILE = re.compile(r"\.(md|py|toml|cff|yml|yaml|obj|off|ply|stl|glb|png|html|csv|mtl|json|tif)")
