@@ -1,5 +1,5 @@
-"""The cortex
-==========
+"""The cortex, flattened along given cuts
+======================================
 
 Flatten the left cortical hemisphere of fsaverage5 along the cuts that the experts of FreeSurfer made.
 

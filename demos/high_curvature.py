@@ -1,5 +1,5 @@
-"""High curvature
-==============
+"""Spikes
+======
 
 Figure 3 of the paper shows surfaces of high Gauss curvature. Here they are a spiky surface of revolution and
 a crown. Both are height fields over a round plate.

@@ -1,5 +1,5 @@
-"""In the browser
-==============
+"""A flat cortex in the browser
+============================
 
 Write the flattened cortex as an HTML page. Any browser can open it without a server, and both views turn with
 the mouse::

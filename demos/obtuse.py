@@ -1,5 +1,5 @@
-"""Obtuse
-======
+"""Three obtuse triangles
+======================
 
 Figure 4 of the paper shows three triangles around a vertex with an angle deficit of 4.56.
 

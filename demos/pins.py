@@ -1,6 +1,6 @@
 """
-Pins
-====
+Pins: vertices at given places
+==============================
 
 Pins are vertices with prescribed positions. They are passed as `b` and `bc`, the arguments of `igl.lscm`. Two
 pins determine the position, rotation and scale of the map; further pins deform it. Here, 14 vertices at the

@@ -1,5 +1,5 @@
-"""The second iteration
-====================
+"""Why a second iteration
+======================
 
 One iteration fails on the one-ring in Figure 5 of the paper, but two iterations succeed.
 

@@ -1,5 +1,5 @@
-"""Stretch
-=======
+"""Stretch of ABF and linear ABF
+=============================
 
 The table in section 6 of the paper lists the stretch of ABF and of linear ABF for the models horse and dino.
 
