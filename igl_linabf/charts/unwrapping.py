@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
@@ -59,8 +60,10 @@ from .packing import (
 from .periodic import shift_by_period
 from .trade_search import search_trade
 
-if TYPE_CHECKING:
-    from typing_extensions import Unpack  # `typing` has it from Python 3.11
+if sys.version_info >= (3, 11):
+    from typing import Unpack
+elif TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 MAX_MARGIN_SHARE = 0.64  # maximum share of a page that the margins around charts may cover
 SEARCHED_OVER_TRIAL = 0.88  # minimum ratio of the page size after a full search to that of a quick trial

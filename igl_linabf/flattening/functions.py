@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -51,8 +52,10 @@ from .methods import (
 )
 from .result import Flattening, Guarantee, Outcome
 
-if TYPE_CHECKING:
-    from typing_extensions import Unpack  # `typing` has it from Python 3.11
+if sys.version_info >= (3, 11):
+    from typing import Unpack
+elif TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 Fit = Literal["area", "lengths"]
 
