@@ -60,11 +60,11 @@ _NO_SEAM = np.zeros((0, 2), dtype=np.int64)
 class Reason(Enum):
     """A reason to cut a piece further. Each reason has a maximum number of rounds."""
 
-    UNEVEN = "its texels would be uneven"
-    FLIPS = "its map flips triangles"
-    OVERLAP = "its map overlaps itself"
-    STRETCH = "its map is stretched"
-    THIN = "double precision does not hold its map"
+    UNEVEN = "uneven texels"
+    FLIPS = "flipped triangles"
+    OVERLAP = "overlaps"
+    STRETCH = "stretch"
+    THIN = "the limits of double precision"
 
 
 def cut_into_pieces(
@@ -193,8 +193,7 @@ def make_charts(pieces: list[Submesh], given: IntArray, rules: ChartRules) -> li
         waiting = parts
     done.sort(key=lambda entry: entry[0])  # the parts of a piece become consecutive
     done = _undo_costly_cuts(done, uncut, pieces, rules)
-    if rules.may_find_seams:
-        done = merge_small_charts(done, rules.most_stretch, given)
+    done = merge_small_charts(done, rules.most_stretch, given)
     return [(chart, piece) for _, chart, piece in done]
 
 
@@ -270,6 +269,7 @@ def _try_piece(work: _PendingPiece, rules: ChartRules, made: _PieceMap | None) -
     if quality is None:
         quality = measure_quality(piece, made.result.uv, len(made.pairs), change.at_triangles)
     chart = Chart(piece.faces, made.result, quality, rounds.total(), len(made.pairs), made.cost)
+    chart = replace(chart, split_reasons=tuple(reason.value for reason in rounds))
     parts = _cut_for_stretch(piece, change, quality.stretch_l2, rounds[Reason.STRETCH], rules)
     if not parts:
         return _FlattenedPiece(chart, [], None)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from collections import Counter
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
@@ -96,8 +97,8 @@ def unwrap(
         `clean`. Seams follow the edges of polygons, never the diagonals that split them.
     seams : (#E, 2) int or (#F, 3) bool, optional
         The edges to cut, in the formats of `cut`; a mask has the shape of `F`. By default `find_seams` finds
-        the seams. They are extended in charts with flipped faces; if that does not help,
-        `guarantee="injective"` is used.
+        the seams. Given seams are cut exactly, except that charts whose maps overlap, or exceed
+        `max_stretch`, are split along further edges, with a warning; `atlas.added_seams` has these edges.
     charts : ChartOptions, optional
         How charts are made: how long seams may be to reduce stretch (`ChartOptions(trade=30)`), where they
         are hidden, whether given seams are extended, and how holes, stretch and overlaps are treated.
@@ -138,6 +139,9 @@ def unwrap(
 
     Warns
     -----
+    FallbackWarning
+        Edges are cut in addition to the given seams; the message has their number and the reasons. Or charts
+        are flattened with `guarantee="injective"`, because no seams were found that prevent flips.
     MeshWarning
         The mesh was repaired, or its vertices were welded; `atlas.report.repairs` has the details. Or some
         boundary edges coincide, but fewer than half; charts end there unless `weld=0`.
@@ -200,6 +204,8 @@ def unwrap(
         atlas = convert_to_given_mesh(atlas, cleaned, given)
     if split is not None:
         atlas = convert_to_polygons(atlas, split)
+    if seams is not None and not asked.extend:
+        _warn_of_added_seams(atlas)
     for trouble in atlas.troubles:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
     return atlas
@@ -303,6 +309,21 @@ def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
             f"vertices {some(doubled)} of the boundary are doubled along edges, as programs do at the seams "
             "of a map: charts end there; weld=0 (--weld 0) joins them",
             MeshWarning,
+            stacklevel=stack_level(),
+        )
+
+
+def _warn_of_added_seams(atlas: Atlas) -> None:
+    """Warn if charts were cut along edges that the caller did not give."""
+    added = atlas.added_seams
+    if len(added):
+        counts = Counter(reason for chart in atlas.charts for reason in chart.split_reasons)
+        reasons = ", ".join(f"{reason} (of {n:,} chart{'s' * (n > 1)})" for reason, n in counts.items())
+        warnings.warn(
+            f"{len(added):,} edges are cut in addition to the given seams, because of {reasons}: edges "
+            f"{some(added)}; atlas.added_seams has them. Give more seams there, extend=True to add the "
+            "shortest seams, or repair_overlaps=True to move overlapping parts apart without a cut",
+            FallbackWarning,
             stacklevel=stack_level(),
         )
 

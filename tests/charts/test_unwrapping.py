@@ -125,6 +125,25 @@ def test_exactly_the_given_seams_are_cut() -> None:
         unwrap(V, F, np.zeros((0, 2), dtype=int))
 
 
+def test_edges_beyond_the_given_seams_are_reported_in_one_warning() -> None:
+    V, F = spiral()
+    given = F[:3, :2]
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        atlas = unwrap(V, F, given)
+    (warning,) = told
+    assert issubclass(warning.category, FallbackWarning)
+    cut = {tuple(sorted(edge)) for edge in atlas.seams.tolist()}
+    added = {tuple(sorted(edge)) for edge in atlas.added_seams.tolist()}
+    assert added == cut - {tuple(sorted(edge)) for edge in given.tolist()} and added
+    assert f"{len(added)} edges are cut in addition" in str(warning.message)
+    split = [chart for chart in atlas.charts if chart.split_reasons]
+    assert f"overlaps (of {len(split)} charts)" in str(warning.message)
+    assert all(chart.split_reasons == ("overlaps",) for chart in split)
+    whole = unwrap(*surface("icosahedron"), find_seams(*surface("icosahedron")))
+    assert not len(whole.added_seams)
+
+
 def test_holes_stay_uncut_if_asked() -> None:
     V, F = surface("holes__igl_halftunnel.off")
     (chart,) = unwrap(V, F, charts=ChartOptions(keep_holes=True)).charts

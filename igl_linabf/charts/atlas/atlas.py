@@ -43,6 +43,9 @@ class Chart:
     scale : float
         Texel density of the chart relative to the atlas: `Packing.unseen` if the chart is invisible from
         outside, otherwise 1.
+    split_reasons : tuple of str
+        Reasons for these cuts: some of "uneven texels", "flipped triangles", "overlaps", "stretch" and "the
+        limits of double precision".
     """
 
     faces: IntArray
@@ -52,6 +55,7 @@ class Chart:
     overlapping: int
     distortion_increase: float
     scale: float = 1.0
+    split_reasons: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"<Chart of {len(self.faces):,} triangles: {self.result.outcome.value}>"
@@ -177,6 +181,13 @@ class Atlas:
     def pages(self) -> int:
         """Number of pages."""
         return int(self.page.max(initial=0)) + 1
+
+    @property
+    def added_seams(self) -> IntArray:
+        """The edges that were cut in addition to `report.given_seams`, (#A, 2)."""
+        n = int(self.origin.max(initial=0)) + 1
+        made, given = (np.sort(edges, axis=1) @ [n, 1] for edges in (self.seams, self.report.given_seams))
+        return np.asarray(self.seams[~np.isin(made, given)])
 
     @property
     def flat(self) -> FloatArray:
