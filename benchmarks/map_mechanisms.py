@@ -101,7 +101,7 @@ class Figures(NamedTuple):
     seconds: float
 
 
-RANKS = ("converged", "valid", "not converged", "flipped")
+RANKS = ("converged", "valid", "not converged", "overlapping", "flipped")
 
 
 def measure_map(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> tuple[float, float, int]:

@@ -153,7 +153,8 @@ def _classify_atlas(atlas: Atlas) -> str:
     """Return the outcome of an atlas, as a value of the column "outcome" of the table."""
     if atlas.good:
         return VALID
-    if atlas.quality.flips or any(not chart.result.outcome.good for chart in atlas.charts):
+    outcomes = {chart.result.outcome for chart in atlas.charts}
+    if atlas.quality.flips or outcomes & {Outcome.FLIPPED, Outcome.ANGLES_INVALID}:
         return Outcome.FLIPPED.value
     return OVERLAPPING if any(chart.overlapping for chart in atlas.charts) else FAULTY
 

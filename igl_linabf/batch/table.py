@@ -22,7 +22,7 @@ from . import places
 WRITING_PAUSE = 50  # shortest pause between writes of the table, in units of the duration of a write
 
 WAITING = "waiting"
-VALID, OVERLAPPING, FAULTY = Outcome.VALID.value, "overlapping", "faulty"
+VALID, OVERLAPPING, FAULTY = Outcome.VALID.value, Outcome.OVERLAPPING.value, "faulty"
 REFUSED, UNREADABLE, FAILED, OUT_OF_MEMORY, DIED = "refused", "unreadable", "failed", "out of memory", "died"
 GOOD = frozenset(outcome.value for outcome in Outcome if outcome.good)
 MISSING = frozenset({WAITING, UNREADABLE})  # retried by every run

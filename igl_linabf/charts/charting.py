@@ -16,8 +16,18 @@ from numpy.typing import ArrayLike
 from .._runtime import advance, progress_part
 from .._types import IntArray
 from ..errors import FallbackWarning, SingularSystemError, some, stack_level
-from ..flattening import ABF, Flattening, Isometric, LinABF, Method, flatten_batch, get_guaranteed_method
+from ..flattening import (
+    ABF,
+    Flattening,
+    Isometric,
+    LinABF,
+    Method,
+    flatten_batch,
+    get_guaranteed_method,
+    report_overlaps,
+)
 from ..measures import (
+    NO_PAIRS,
     Quality,
     measure_qualities,
     measure_quality,
@@ -229,7 +239,11 @@ def _flatten_together(pieces: list[Submesh], method: Method) -> list[_PieceMap |
     advance("charts", 0.0)
     results = flatten_batch([(pieces[i].V, pieces[i].F) for i in asked], method)
     good = [(i, result) for i, result in zip(asked, results, strict=True) if result is not None]
-    pairs = overlapping_pairs_of_each([(result.uv, pieces[i].F) for i, result in good])
+    doubtful = [(k, result) for k, (_, result) in enumerate(good) if not result.outcome.good]
+    found = overlapping_pairs_of_each([(result.uv, result.F) for _, result in doubtful])
+    pairs = [NO_PAIRS] * len(good)
+    for (k, _), over in zip(doubtful, found, strict=True):
+        pairs[k] = over
     measured = measure_qualities(
         [(pieces[i], r.uv, len(over)) for (i, r), over in zip(good, pairs, strict=True)]
     )
@@ -268,7 +282,8 @@ def _try_piece(work: _PendingPiece, rules: ChartRules, made: _PieceMap | None) -
     quality = made.quality
     if quality is None:
         quality = measure_quality(piece, made.result.uv, len(made.pairs), change.at_triangles)
-    chart = Chart(piece.faces, made.result, quality, rounds.total(), len(made.pairs), made.cost)
+    result = report_overlaps(made.result, len(made.pairs))
+    chart = Chart(piece.faces, result, quality, rounds.total(), len(made.pairs), made.cost)
     chart = replace(chart, split_reasons=tuple(reason.value for reason in rounds))
     parts = _cut_for_stretch(piece, change, quality.stretch_l2, rounds[Reason.STRETCH], rules)
     if not parts:

@@ -70,7 +70,7 @@ def flatten_mesh(
 ) -> ExitCode:
     """Flatten a disk, with or without holes; write it with texture coordinates, print the quality.
 
-    Exit code 1: written, but with flipped triangles.
+    Exit code 1: written, but with flipped triangles or overlaps.
 
     Examples
     --------

@@ -15,7 +15,7 @@ import numpy as np
 from .._runtime import Progress, progress_part, show_progress
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, MeshWarning, is_number, stack_level
-from ..flattening import Flattening, Method, flatten, resolve_method
+from ..flattening import Flattening, Method, Outcome, flatten, resolve_method
 from ..measures import Distances, Quality, measure_quality, overlapping_pairs
 from ..surface import PatchFaces, Submesh, patch_faces, scatter
 from .constants import MAX_OMITTED_SHARE, SOURCE_COUNT
@@ -300,6 +300,9 @@ def _flatten_patch(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisph
         patch, tangled, pairs = _remove_overlaps(given, patch, uv)
         surface = Submesh.checked(given.V, given.F[patch.rows])
         quality = replace(measure_quality(surface, uv[surface.vertices], pairs), distance_error=error)
+        if result.outcome is Outcome.OVERLAPPING and not pairs:
+            message = "no triangle is flipped or overlaps another, without the border that overlapped"
+            result = replace(result, outcome=Outcome.VALID, message=message)
     uv = scatter(uv[surface.vertices], surface.vertices, len(given.V))
     return FlatHemisphere(given, given.F[patch.rows], uv, cuts, patch, tangled, quality, result)
 

@@ -25,5 +25,5 @@ from .methods import (
     get_guaranteed_method,
     resolve_method,
 )
-from .result import Attempt, Flattening, FlatteningReport, Hole, Outcome, Residuals, Status
+from .result import Attempt, Flattening, FlatteningReport, Hole, Outcome, Residuals, Status, report_overlaps
 from .with_cones import DivergedError, KnownLaplacian, PrescribedHolonomy, flatten_with_cones

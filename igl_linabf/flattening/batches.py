@@ -21,6 +21,7 @@ from ..angles import (
 )
 from ..layouts import MAX_BOUNDARY_GAP, develop_boundary, flatten_isometrically, harmonic_map
 from ..linalg import NotPositiveDefiniteError, Solvers
+from ..measures import find_crossed_loops, overlapping_pairs
 from ..surface import (
     Disks,
     bounded_ratio,
@@ -32,7 +33,7 @@ from ..surface import (
 )
 from .fallbacks import STEP_AND_CHORD_RTOL, describe_newton
 from .methods import Isometric, LinABF
-from .result import Attempt, Findings, Flattening, Residuals, Status, determine_outcome
+from .result import Attempt, Findings, Flattening, Residuals, Status, determine_outcome, report_overlaps
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +133,7 @@ def isometric_maps(
     scale = signed_double_areas(z, corner) / disks.double_area
     ratio = bounded_ratio(faces.max(scale), faces.min(scale))
     uv, angles = coordinates(z), np.ascontiguousarray(alpha.T)
+    crossed = set(find_crossed_loops(z, *disks.rim).tolist())
     for k in np.flatnonzero(good).tolist():
         linear = results[found[k]]
         first = linear.report.attempts[-1].name
@@ -142,17 +144,17 @@ def isometric_maps(
         )
         share = seconds["isometric"] * float(faces.sizes[k] / faces.start[-1])
         attempts = (*linear.report.attempts, Attempt("isometric", Status.GOOD, 0, residuals.largest, ""))
-        yield (
-            int(found[k]),
-            replace(
-                linear,
-                uv=uv[vertices.start[k] : vertices.start[k + 1]],
-                angles=angles[faces.start[k] : faces.start[k + 1]],
-                method=method.name,
-                outcome=outcome,
-                message=message,
-                after=residuals,
-                seconds={**linear.seconds, "isometric": share, "total": linear.seconds["total"] + share},
-                report=replace(linear.report, attempts=attempts, layout="isometric", layout_solver=how),
-            ),
+        result = replace(
+            linear,
+            uv=uv[vertices.start[k] : vertices.start[k + 1]],
+            angles=angles[faces.start[k] : faces.start[k + 1]],
+            method=method.name,
+            outcome=outcome,
+            message=message,
+            after=residuals,
+            seconds={**linear.seconds, "isometric": share, "total": linear.seconds["total"] + share},
+            report=replace(linear.report, attempts=attempts, layout="isometric", layout_solver=how),
         )
+        if k in crossed:
+            result = report_overlaps(result, len(overlapping_pairs(result.uv, result.F)))
+        yield int(found[k]), result

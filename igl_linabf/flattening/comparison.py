@@ -16,7 +16,7 @@ from .._notebook import html_row, html_table, map_svg
 from .._runtime import advance, align_columns, progress_part
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, is_number, stack_level, takes_vertices_and_faces
-from ..measures import Quality, quality
+from ..measures import Quality, format_pair_count, quality
 from ..surface import planar_mesh, scatter
 from . import other_programs
 from .baselines import make_lscm_call
@@ -84,7 +84,7 @@ class Comparison:
 
     def _rows(self) -> list[tuple[str, ...]]:
         rows: list[tuple[str, ...]] = [
-            ("", "F/3nt", "L2 stretch", "flips", "seconds", "/ igl.lscm", "iterations", "outcome")
+            ("", "F/3nt", "L2 stretch", "flips", "overlaps", "seconds", "/ igl.lscm", "iterations", "outcome")
         ]
         for label, entry in self.entries.items():
             rows.append(
@@ -93,6 +93,7 @@ class Comparison:
                     f"{entry.quality.angle_distortion:.4g}",
                     f"{entry.quality.stretch_l2:.4g}",
                     str(entry.quality.flips),
+                    format_pair_count(entry.quality.overlaps),
                     f"{entry.seconds:.3f}",
                     f"{entry.ratio:.2f}",
                     "" if entry.iterations is None else str(entry.iterations),

@@ -17,7 +17,7 @@ from .._types import FloatArray
 from ..errors import MeshError, MeshWarning, OutcomeWarning, some, stack_level, takes_vertices_and_faces
 from ..layouts import LayoutName
 from ..linalg import SolverName
-from ..measures import Distances, measure_quality
+from ..measures import Distances, measure_quality, overlapping_pairs_of_chart
 from ..surface import (
     Mesh,
     Pins,
@@ -50,7 +50,7 @@ from .methods import (
     MethodOptions,
     resolve_method,
 )
-from .result import Flattening, Guarantee, Outcome
+from .result import MAX_COUNTED, Flattening, Guarantee, Outcome, report_overlaps
 
 if sys.version_info >= (3, 11):
     from typing import Unpack
@@ -150,7 +150,8 @@ def linabf(
     Warns
     -----
     OutcomeWarning
-        The map has flipped triangles; `flatten` returns the same map with its outcome and residuals.
+        The map has flipped triangles or overlaps itself; `flatten` returns the same map with its outcome and
+        residuals.
 
     Examples
     --------
@@ -212,7 +213,7 @@ def abf(
     Warns
     -----
     OutcomeWarning
-        The iterations did not converge, or the map has flipped triangles.
+        The iterations did not converge, or the map has flipped triangles or overlaps itself.
 
     Examples
     --------
@@ -266,8 +267,8 @@ def isometric(
     Warns
     -----
     OutcomeWarning
-        No map without flipped triangles was found to start from, or the map is stretched too much to be
-        useful.
+        No map without flipped triangles was found to start from, or the map overlaps itself or is stretched
+        too much to be useful.
 
     Examples
     --------
@@ -304,7 +305,7 @@ def lscm(V: ArrayLike, F: ArrayLike, b: ArrayLike | None = None, bc: ArrayLike |
     Warns
     -----
     OutcomeWarning
-        The map has flipped triangles.
+        The map has flipped triangles or overlaps itself.
 
     Examples
     --------
@@ -432,8 +433,8 @@ def flatten(
     Returns
     -------
     Flattening
-        The map `uv`, its target angles, residuals, steps, times and outcome. A map with flipped triangles is
-        returned without an error: check `outcome`.
+        The map `uv`, its target angles, residuals, steps, times and outcome. A map with flipped triangles, or
+        one that overlaps itself, is returned without an error or a warning: check `outcome`.
 
     Raises
     ------
@@ -549,6 +550,7 @@ def flatten_mesh(
         _check_not_mirrored(mesh, pinned)
     if made.outcome.good:
         _warn_if_stretched(mesh, made.uv)
+        made = report_overlaps(made, len(overlapping_pairs_of_chart(mesh.topology, made.uv, MAX_COUNTED)))
     if upwards is not None:
         made = _replace_map(mesh, made, _turn_upright(mesh, made.uv, upwards), "turned")
     uv = scatter(made.uv, mesh.vertices, mesh.n_given)

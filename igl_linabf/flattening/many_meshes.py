@@ -17,6 +17,7 @@ from .._types import FloatArray, IntArray
 from ..angles import Step
 from ..errors import MeshError, OutcomeWarning, SingularSystemError, some, stack_level
 from ..linalg import NotPositiveDefiniteError
+from ..measures import find_crossed_loops, overlapping_pairs
 from ..surface import Ragged, complex_positions, face_array, signed_double_areas, sound_disks, vertex_array
 from .batches import LinearBatch, isometric_maps, linear_batch
 from .boundary_shapes import BoundaryName
@@ -32,6 +33,7 @@ from .result import (
     Residuals,
     Status,
     determine_outcome,
+    report_overlaps,
 )
 
 MAX_SHARED_FACES = 10_000  # maximum number of triangles of a mesh in a shared linear system
@@ -145,7 +147,7 @@ def _warn_of_stretch(meshes: Sequence[Arrays | None], maps: Sequence[Flattening 
     valid = [
         (i, *mesh, made.uv)
         for i, (mesh, made) in enumerate(zip(meshes, maps, strict=True))
-        if mesh is not None and isinstance(made, Flattening) and made.outcome.good
+        if mesh is not None and isinstance(made, Flattening) and not len(made.flipped)
     ]
     if not valid:
         return
@@ -255,6 +257,7 @@ def _results_of_batch(
     before, _, after = (residuals.T.tolist() for residuals in stepped.residuals)
     residual, inner = stepped.residuals.max(axis=1).T.tolist(), stepped.inner_steps.T.tolist()
     gap, ratio = batch.gap.tolist(), batch.ratio.tolist()
+    crossed = set(find_crossed_loops(complex_positions(batch.uv), *batch.disks.rim).tolist())
     made = []
     for k in np.flatnonzero(batch.good).tolist():
         first, last = residual[k][0], residual[k][2]
@@ -287,5 +290,7 @@ def _results_of_batch(
                 layout_solver=solver,
             ),
         )
+        if k in crossed:
+            result = report_overlaps(result, len(overlapping_pairs(result.uv, result.F)))
         made.append((places[k], result))
     return made

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Literal
 
@@ -14,6 +14,7 @@ from ..angles import Residual, Step, largest_magnitude
 from ..errors import some
 from ..surface import HOPELESS_AREA_RATIO, SAFE_AREA_RATIO, Mesh, Repair
 
+MAX_COUNTED = 1000  # number of overlapping pairs that are counted before the outcome is known
 NO_INDICES: IntArray = np.empty(0, dtype=np.int64)
 Guarantee = Literal["injective"]
 StageName = Literal["linear step", "active set", "converged abf", "feasible abf", "injective", "isometric"]
@@ -28,6 +29,8 @@ class Outcome(str, Enum):
     """No triangle is flipped; the method does not require the residual to reach a tolerance."""
     NOT_CONVERGED = "not converged"
     """No triangle is flipped, but the iterations ended above the tolerance."""
+    OVERLAPPING = "overlapping"
+    """No triangle is flipped, but parts of the map lie over each other."""
     FLIPPED = "flipped"
     """Some triangles are flipped or collapsed."""
     ANGLES_INVALID = "angles invalid"
@@ -35,7 +38,7 @@ class Outcome(str, Enum):
 
     @property
     def good(self) -> bool:
-        """Whether no triangle is flipped and all target angles are within (0, pi)."""
+        """Whether the map is injective, and all target angles are within (0, pi)."""
         return self in (Outcome.CONVERGED, Outcome.VALID, Outcome.NOT_CONVERGED)
 
 
@@ -118,6 +121,19 @@ def determine_outcome(found: Findings) -> tuple[Outcome, str]:
             f"{where}: the map's {wide}, more than double precision holds ({fit}); {helps}"
         )
     return Outcome.FLIPPED, f"{where}, though the angles converged ({fit}): {helps}"
+
+
+def report_overlaps(made: Flattening, pairs: int) -> Flattening:
+    """Return the result with the outcome `OVERLAPPING` if pairs of its triangles overlap without flips."""
+    if not pairs or not made.outcome.good:
+        return made
+    count = f"more than {MAX_COUNTED:,}" if pairs > MAX_COUNTED else f"{pairs:,}"
+    message = (
+        f"{made.message}; but the map overlaps itself in {count} pair{'s' * (pairs > 1)} of triangles and "
+        "cannot carry a texture: igl_linabf.unwrap cuts it, or moves its parts apart with ChartOptions("
+        "repair_overlaps=True), and igl_linabf.overlaps lists the pairs"
+    )
+    return replace(made, outcome=Outcome.OVERLAPPING, message=message)
 
 
 @dataclass(frozen=True)

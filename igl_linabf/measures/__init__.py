@@ -9,6 +9,8 @@ from .distances import RINGS, Distances, check_rings, distance_error
 from .figures import Quality, QualityReport, measure_qualities, measure_quality, quality, table
 from .overlapping import (
     MAX_PAIRS,
+    NO_PAIRS,
+    find_crossed_loops,
     format_pair_count,
     overlapping_pairs,
     overlapping_pairs_of_chart,

@@ -107,8 +107,11 @@ def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -
     return np.asarray(index[find_overlaps(z, F[index], chart[index], MAX_PAIRS)])
 
 
-def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray) -> IntArray:
-    """Find the `overlapping_pairs` of a connected surface whose boundary loops are known."""
+def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray, limit: int = MAX_PAIRS) -> IntArray:
+    """Find the `overlapping_pairs` of a connected surface whose boundary loops are known.
+
+    If there are more than `limit` pairs, the list has `limit` + 1 rows.
+    """
     z, F = complex_positions(scale_to_unit_size(map_)), np.ascontiguousarray(topology.corner.T)
     upright = bool((signed_double_areas(z, topology.corner) > 0).all())
     index = np.arange(len(F))
@@ -118,7 +121,7 @@ def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray) -> IntArray
         if _winds_once(z[rim], following, np.zeros(len(rim), dtype=np.int64), 1)[0]:
             return NO_PAIRS
         index = np.flatnonzero(find_suspect_faces(z, F, rim, rim[following]))
-    return np.asarray(index[_find_all_pairs(z, F[index])])
+    return np.asarray(index[_find_all_pairs(z, F[index], limit)])
 
 
 def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> list[IntArray]:
@@ -156,9 +159,9 @@ def _find_pairs_in_chart(z: ComplexArray, F: IntArray) -> IntArray:
     return np.asarray(index[_find_all_pairs(z, F[index])])
 
 
-def _find_all_pairs(z: ComplexArray, F: IntArray) -> IntArray:
+def _find_all_pairs(z: ComplexArray, F: IntArray, limit: int = MAX_PAIRS) -> IntArray:
     """Find all overlapping pairs, including pairs of faces of different charts."""
-    return find_overlaps(z, F, np.zeros(len(F), dtype=np.int64), MAX_PAIRS)
+    return find_overlaps(z, F, np.zeros(len(F), dtype=np.int64), limit)
 
 
 def _prove_injectivity(z: ComplexArray, F: IntArray, chart: IntArray) -> BoolArray:
@@ -178,6 +181,16 @@ def _prove_injectivity(z: ComplexArray, F: IntArray, chart: IntArray) -> BoolArr
         proved[of[ask]] = True
         proved &= _winds_once(z[tail[ask]], np.searchsorted(tail[ask], head[ask]), of[ask], number)
     return proved
+
+
+def find_crossed_loops(z: ComplexArray, rim: IntArray, loops: Ragged) -> IntArray:
+    """Return the disks whose boundary loop crosses or touches itself.
+
+    The map of any other disk without holes is injective if no face is flipped. `rim` has the vertices of all
+    loops, and `loops` divides them into disks.
+    """
+    of, n = loops.repeat(np.arange(len(loops))), len(loops)
+    return np.flatnonzero(~_winds_once(np.nan_to_num(z[rim]), loops.following, of, n))
 
 
 def _winds_once(z: ComplexArray, following: IntArray, of: IntArray, number: int) -> BoolArray:

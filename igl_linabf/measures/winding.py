@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .._core import group_sides
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..surface import index_and_rank, signed_double_areas
 
@@ -38,10 +39,11 @@ def find_suspect_faces(z: ComplexArray, F: IntArray, tail: IntArray, head: IntAr
 def find_open_sides(F: IntArray, n: int) -> IntArray | None:
     """Return the boundary sides as indices of `F.T`, or None if a directed side occurs twice."""
     tail, head = F.T.ravel(), F[:, [1, 2, 0]].T.ravel()
-    code = np.sort(tail * n + head)
-    if (code[1:] == code[:-1]).any():
+    order, begin, count = group_sides(tail, head, n)
+    first = begin[count == 2]
+    if (count > 2).any() or (tail[order[first]] == tail[order[first + 1]]).any():
         return None
-    return np.flatnonzero(~np.isin(head * n + tail, code, assume_unique=True))
+    return np.sort(order[begin[count == 1]])
 
 
 def _min_of_three(values: FloatArray) -> FloatArray:

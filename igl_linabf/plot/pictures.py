@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from .._types import FloatArray
 from ..charts import Atlas
-from ..measures import Measure, quality
+from ..measures import Measure, format_pair_count, quality
 from ..remesh import QuadGrid
 from ..surface import vertex_array
 from .scene import (
@@ -276,9 +276,9 @@ def plot_compare(
     ----------
     V, F : (#V, 3) float and (#F, 3) int
     maps : mapping of name to (#V, 2) float, or to Atlas
-        Maps by name. Each row has the name, F/3nt and the number of flipped triangles. All maps except
-        atlases are rotated, scaled and translated to fit the first one, so that the checkerboards can be
-        compared.
+        Maps by name. Each row has the name, F/3nt, and the numbers of flipped triangles and of pairs that
+        overlap. All maps except atlases are rotated, scaled and translated to fit the first one, so that the
+        checkerboards can be compared.
     measure : {"angle", "conformal", "stretch", "area"}, optional
         Distortion to show instead of the checkerboard, with the same colour scale for all maps.
     seams, frequency, texture : see `plot_checkerboard`
@@ -338,6 +338,8 @@ def plot_compare(
             add_seams(plotter, drawn)
             face_camera(plotter, drawn.V, drawn.F)
             caption = f"{name}: F/3nt {measured.angle_distortion:.3g}, {measured.flips} flipped"
+            if measured.overlaps:
+                caption += f", {format_pair_count(measured.overlaps)} pairs overlap"
             plotter.add_text(caption, font_size=CAPTION_SIZE)
             plotter.subplot(row, 1)
             add_flat(plotter, drawn.flat, **colours[row])

@@ -55,6 +55,7 @@ from .repair import (
     coincident_edges,
     find_chords,
     merge_coincident,
+    orient_faces,
     patch_faces,
     repair_disk,
     split_chords,

@@ -21,6 +21,7 @@ from .uv_charts import UVCharts
 
 CHECKED_RESOLUTION = 1024  # default texels along the side of a page, for densities and margins
 LIMIT_ROUNDING = 1e-6  # relative tolerance of limits, for rounding errors
+MARGIN_ROUNDING = 1e-3  # tolerance of `min_margin` for the rounding of coordinates in files, in texels
 
 
 @dataclass(frozen=True)
@@ -184,7 +185,7 @@ class UVCheck:
         for name, share, help_ in LIMITS[limit]:
             value, least = figures[name], limit.startswith("min")
             bound = share * asked
-            is_met = value >= bound * (1 - LIMIT_ROUNDING) if least else value <= bound * (1 + LIMIT_ROUNDING)
+            is_met = value >= bound - MARGIN_ROUNDING if least else value <= bound * (1 + LIMIT_ROUNDING)
             if not is_met:
                 where = "below" if least else "above"
                 lines.append(f"{ROWS[name]}: {value:.4g}, {where} {bound:g}; {help_}")

@@ -19,13 +19,16 @@ from ..surface import (
     Triangles,
     complex_positions,
     connected_labels,
+    distinct_corners,
     find_faces_without_area,
     merge_coincident,
+    orient_faces,
     scale_to_unit_size,
     signed_double_areas,
     vertex_array,
 )
 
+OF_SINGLE_PRECISION = 2.0**29  # rounding errors of single precision, over those of double precision
 LEAST_MIRRORED_SHARE = 0.25  # minimum share of an island that counts as mirrored instead of flipped
 SAME_POINT_TOL = 1e-6  # maximum distance between equal points of the map, over the largest coordinate
 PAIRS_AT_ONCE = 200_000  # number of overlapping pairs of triangles in a batch, for large stacks of charts
@@ -48,7 +51,8 @@ class UVCharts:
         Position and texture coordinates of each distinct corner.
     F : (#T, 3) int64
     rows_aside, F_aside : (#A,) and (#A, 3) int64
-        Rows and corners of the triangles with texture coordinates but no area in space.
+        Rows and corners of the triangles with texture coordinates but no area in space, or an area within
+        single-precision rounding both in space and in the map.
     image : (#T,) int64
         The image of each triangle. Charts on different images do not overlap.
     images : array
@@ -106,16 +110,46 @@ class UVCharts:
         own, uv, faces = pair[used, :3], pair[used, 3:], faces.reshape(-1, 3)
         solid = np.ones(len(faces), dtype=bool)
         if len(faces):
+            # faces on a line may get an area when a file rounds their coordinates to single precision
+            in_space, in_map = own, np.pad(uv, ((0, 0), (0, 1)))
+            thin, flat = (find_faces_without_area(x, faces, OF_SINGLE_PRECISION) for x in (in_space, in_map))
             solid[find_faces_without_area(own, faces)] = False
+            solid[np.intersect1d(thin, flat)] = False
         images, image = np.unique(_check_labels(labels, len(polygons)), return_inverse=True)
         aside = rows[~solid], faces[~solid]
         rows = rows[solid]
         return cls(split, rows, unmapped, own, uv, faces[solid], *aside, image[split.face[rows]], images)
 
     @cached_property
+    def _sides(self) -> tuple[IntArray, IntArray]:
+        """Triangles, including those without area in space, and pairs of their sides that share an edge.
+
+        An edge is shared if its ends agree in space and in the map. Side 3 t + k begins at corner k.
+        """
+        F = np.concatenate((self.F, self.F_aside[distinct_corners(self.F_aside)]))
+        tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()
+        key = np.minimum(tail, head) * len(self.V) + np.maximum(tail, head)
+        order = np.argsort(key, kind="stable")
+        same = np.flatnonzero(key[order[1:]] == key[order[:-1]])
+        return F, np.column_stack((order[same], order[same + 1]))
+
+    @cached_property
+    def turned(self) -> BoolArray:
+        """Mask of the triangles whose orientation in space differs from most of the surface around them.
+
+        A triangle is flipped in the map relative to the adjacent triangles, because the faces of a mesh may
+        be oriented at random.
+        """
+        F, links = self._sides
+        number = np.bincount(links.ravel(), minlength=3 * len(F))
+        of_two = (number[links] == 1).all(axis=1)  # edges of more than two triangles have no orientation
+        return orient_faces(F, links[of_two])[0][: len(self.F)]
+
+    @cached_property
     def double_area(self) -> FloatArray:
-        """Twice the signed area of each triangle in the map."""
-        return signed_double_areas(complex_positions(self.uv), np.ascontiguousarray(self.F.T))
+        """Twice the signed area of each triangle in the map, with all triangles oriented alike in space."""
+        areas = signed_double_areas(complex_positions(self.uv), np.ascontiguousarray(self.F.T))
+        return np.where(self.turned, -areas, areas)
 
     @cached_property
     def area(self) -> FloatArray:
@@ -125,13 +159,19 @@ class UVCharts:
 
     @cached_property
     def _adjacent(self) -> IntArray:
-        """Pairs of triangles that share an edge in space, in the map and in the image."""
-        tail, head = self.F.ravel(), self.F[:, [1, 2, 0]].ravel()
-        face = np.repeat(np.arange(len(self.F)), 3)
-        key = np.minimum(tail, head) * len(self.V) + np.maximum(tail, head)
-        order = np.argsort(key, kind="stable")
-        same = np.flatnonzero(key[order[1:]] == key[order[:-1]])
-        pairs = np.column_stack((face[order[same]], face[order[same + 1]]))
+        """Pairs of triangles that share an edge in space, in the map and in the image.
+
+        Triangles on two sides of triangles without area in space, such as caps in T-junctions, count as
+        adjacent.
+        """
+        F, links = self._sides
+        n, pairs = len(self.F), np.sort(links // 3, axis=1)
+        solid, between = pairs[pairs[:, 1] < n], pairs[pairs[:, 0] >= n]
+        first, cap = pairs[(pairs[:, 0] < n) & (pairs[:, 1] >= n)].T
+        group = connected_labels(between - n, len(F) - n)[cap - n]
+        order = np.argsort(group, kind="stable")
+        same = np.flatnonzero(group[order[1:]] == group[order[:-1]])
+        pairs = np.concatenate((solid, np.column_stack((first[order[same]], first[order[same + 1]]))))
         return np.asarray(pairs[self.image[pairs[:, 0]] == self.image[pairs[:, 1]]])
 
     @cached_property
@@ -198,7 +238,8 @@ class UVCharts:
     @cached_property
     def upright(self) -> IntArray:
         """The triangles in counterclockwise order in the map, with mirrored charts reversed."""
-        return np.where(self.mirrored[self.chart][:, None], self.F[:, ::-1], self.F)
+        reverse = self.mirrored[self.chart] ^ self.turned
+        return np.where(reverse[:, None], self.F[:, ::-1], self.F)
 
     @cached_property
     def overlaps(self) -> tuple[IntArray, IntArray]:

@@ -9,6 +9,7 @@ import igl
 import numpy as np
 import pytest
 from conftest import load
+from overlapping_surfaces import spiral
 
 from igl_linabf import unwrap
 from igl_linabf.batch import one_mesh
@@ -32,6 +33,8 @@ def test_a_row_has_the_outcome_and_the_warnings(tmp_path: Path) -> None:
     row = process_mesh(tmp_path, np.vstack((V, [9, 9, 9])), F, "flatten")
     assert (row.outcome, row.triangles, row.charts, row.flips) == ("valid", len(F), 1, 0)
     assert row.message == f"vertices {len(V)} belong to no face: they are left out and their uv is NaN"
+    row = process_mesh(tmp_path, *spiral(), "flatten")
+    assert row.outcome == "overlapping" and "the map overlaps itself" in row.message and not row.good
     row = process_mesh(tmp_path, *igl.icosahedron(), "flatten")
     assert row.outcome == "refused"
     assert "the mesh is closed" in row.message

@@ -265,6 +265,7 @@ def test_seams_are_drawn_by_clicks_and_undone(opened) -> None:
     window.until(lambda image: find_colour(image[60:SIDES, :700], SEAM).sum() < 300)
 
 
+@pytest.mark.filterwarnings("ignore:.* edges are cut in addition to the given seams")
 def test_a_drawn_seam_is_the_shortest_path_and_cuts_the_map() -> None:
     V, F = igl.upsample(*igl.icosahedron(), 3)
     V, F, *_ = igl.remove_unreferenced(V, F[V[F].mean(axis=1)[:, 2] < 0.5])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from pathlib import Path
 
 import igl
@@ -10,8 +11,9 @@ import numpy as np
 import pytest
 from carried import quads
 from gltf_files import write_glb
+from nasty_meshes import NASTY
 
-from igl_linabf import MeshError, Packing, check_uv, quality, unwrap
+from igl_linabf import MeshError, MeshWarning, Packing, check_uv, quality, unwrap
 from igl_linabf.cli import main
 from igl_linabf.io import write_textured
 from igl_linabf.measures import overlapping
@@ -420,3 +422,55 @@ def test_transforms_of_materials_are_reported(tmp_path: Path, capsys: pytest.Cap
         (tmp_path / "plane.gltf").write_text(json.dumps(text))
         assert main(["check", str(tmp_path / "plane.gltf"), "--quiet"]) == 0
         assert ("KHR_texture_transform" in capsys.readouterr().err) == ("scale" in moved)
+
+
+NOTHING_TO_CHECK = {"all on a line", "coordinates of 1e200"}  # `check_uv` finds no face with an area
+
+
+@pytest.mark.parametrize("name", sorted(NASTY.keys() - NOTHING_TO_CHECK))
+def test_an_atlas_that_unwrap_calls_good_is_good_with_the_same_options(name: str) -> None:
+    """Also if `unwrap` reorients faces, separates sheets, cuts one-sided surfaces or opens caps."""
+    V, F = NASTY[name]()
+    for packing in (None, Packing(resolution=1024, padding=2)):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", MeshWarning)
+            atlas = unwrap(V, F, packing=packing)
+        limits = {} if packing is None else {"resolution": 1024, "min_margin": 2}
+        check = check_uv(V, F, atlas.TC, atlas.FTC, **limits)
+        assert atlas.good and check.good, check.troubles
+        assert check.charts == len(atlas.charts)
+
+
+REPAIRED = ["one face turned", "three sheets at an edge", "a one sided band", "t junctions filled with caps"]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [*REPAIRED, *(pytest.param(n, marks=pytest.mark.slow) for n in sorted(NASTY.keys() - {*REPAIRED}))],
+)
+def test_a_file_that_the_command_calls_good_is_good_in_every_format(name: str, tmp_path, capsys) -> None:
+    if name in NOTHING_TO_CHECK:
+        return
+    V, F = NASTY[name]()
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in V.tolist()]
+    (tmp_path / "in.obj").write_text("\n".join([*lines, *(f"f {a} {b} {c}" for a, b, c in (F + 1).tolist())]))
+    options = ["--resolution", "1024"]
+    for suffix in ("obj", "ply", "glb", "gltf", "3mf", "vtp"):
+        out = str(tmp_path / f"out.{suffix}")
+        assert main(["unwrap", str(tmp_path / "in.obj"), "-o", out, "--quiet", *options]) == 0
+        assert main(["check", out, "--min-margin", "2", "--quiet", *options]) == 0, capsys.readouterr().err
+
+
+def test_a_face_that_is_folded_over_is_flipped_in_a_mesh_whose_faces_are_oriented_at_random() -> None:
+    V, F = NASTY["faces turned at random"]()
+    with pytest.warns(MeshWarning, match="turned"):
+        atlas = unwrap(V, F)
+    inner = np.flatnonzero(np.bincount(atlas.FTC.ravel()) == 6)
+    row = next(k for k in inner if np.ptp(atlas.TC[atlas.FTC[(k == atlas.FTC).any(axis=1)]], axis=0).all())
+    around = (row == atlas.FTC).any(axis=1)
+    TC = atlas.TC.copy()
+    ring = atlas.TC[np.setdiff1d(atlas.FTC[around], [row])]
+    TC[row] += 1.5 * (ring[0] - TC[row])  # beyond a neighbour
+    check = check_uv(V, F, TC, atlas.FTC)
+    assert 0 < check.flips < around.sum()
+    assert set(check.flipped.tolist()) < set(np.flatnonzero(around).tolist())

@@ -232,13 +232,13 @@ class Atlas:
             if chart.result.outcome.good and not chart.overlapping and not stretched:
                 continue
             where = f"chart {i} (faces {some(chart.faces)})"
-            if not chart.result.outcome.good:
+            if chart.overlapping and not len(chart.result.flipped):
+                pairs = f"{format_pair_count(chart.overlapping)} pair{'s' * (chart.overlapping > 1)} of faces"
+                said.append(f"{where} lies over itself in {pairs}: {more or 'give more seams there'}")
+            elif not chart.result.outcome.good:
                 flipped = some(chart.faces[chart.result.flipped])
                 help_ = more or "give more seams there, or a larger trade"
                 said.append(f"{where} has flipped faces, {flipped}: {help_}")
-            elif chart.overlapping:
-                pairs = f"{format_pair_count(chart.overlapping)} pair{'s' * (chart.overlapping > 1)} of faces"
-                said.append(f"{where} lies over itself in {pairs}: {more or 'give more seams there'}")
             else:
                 said.append(
                     f"{where} has an L2 stretch of {chart.quality.stretch_l2:.3g}, beyond {most:.3g}: "

@@ -104,7 +104,7 @@ def scale_to_surface(uv: FloatArray, piece: Submesh) -> FloatArray:
 def restrict_flattening(result: Flattening, piece: Submesh, part: Submesh, uv: FloatArray) -> Flattening:
     """Return the `Flattening` of a part, whose map `uv` is the piece's map up to scale.
 
-    The outcome is flipped only if triangles of the part are flipped.
+    The outcome is flipped only if triangles of the part are flipped. The caller reports overlaps in the part.
     """
     rows = np.searchsorted(piece.faces, part.faces)
     place = np.full(len(piece.F), -1)
@@ -120,6 +120,6 @@ def restrict_flattening(result: Flattening, piece: Submesh, part: Submesh, uv: F
         holes=result.holes if len(part.topology.loops) > 1 else (),
         report=replace(report, repaired=repaired),
     )
-    if made.outcome is not Outcome.FLIPPED or len(flipped):
+    if made.outcome not in (Outcome.FLIPPED, Outcome.OVERLAPPING) or len(flipped):
         return made
     return replace(made, outcome=Outcome.VALID, message="no triangle of this part of the map is flipped")

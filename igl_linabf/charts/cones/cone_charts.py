@@ -19,6 +19,7 @@ from ...flattening import (
     Method,
     PrescribedHolonomy,
     flatten_with_cones,
+    report_overlaps,
 )
 from ...measures import measure_quality, overlapping_pairs_of_chart
 from ...surface import Cleaned, Submesh, build_planar_mesh, check_finite
@@ -276,6 +277,7 @@ def _split_overlaps(cut: Submesh, result: Flattening) -> list[tuple[Chart, Subme
                     for part in reversed(parts)
                 ]
                 continue
-        chart = Chart(piece.faces, made, measure_quality(piece, made.uv, len(pairs)), splits, len(pairs), 0.0)
+        quality = measure_quality(piece, made.uv, len(pairs))
+        chart = Chart(piece.faces, report_overlaps(made, len(pairs)), quality, splits, len(pairs), 0.0)
         done.append((chart, piece))
     return done

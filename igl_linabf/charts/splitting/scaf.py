@@ -212,9 +212,10 @@ def move_parts_apart(
         )
         return None
     shear = [float(change.at_triangles.angle_distortion.mean()) for change in (before, after)]
-    message = "{}; overlaps repaired: F/3nt {:.4g} -> {:.4g}".format(result.message, *shear)
+    message = "no triangle overlaps another; overlaps repaired: F/3nt {:.4g} -> {:.4g}".format(*shear)
     flipped = flipped_faces(complex_positions(uv), corner)
-    outcome = Outcome.FLIPPED if len(flipped) else result.outcome
+    outcome = Outcome.VALID if result.outcome is Outcome.OVERLAPPING else result.outcome
+    outcome = Outcome.FLIPPED if len(flipped) else outcome
     apart = replace(result, uv=uv, flipped=flipped, outcome=outcome, message=message)
     return apart, shear[1] - shear[0]
 

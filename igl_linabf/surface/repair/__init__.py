@@ -16,3 +16,4 @@ from .cleaning import (
 )
 from .disks import RepairedDisk, repair_disk
 from .patches import PatchFaces, patch_faces
+from .sheets import orient_faces

@@ -63,7 +63,7 @@ def separate_sheets(V: FloatArray, F: IntArray) -> Sheets:
     edges = _Edges.of(F, len(V))
     triangle, twin = _number_triangles(F, edges)
     links, crowded = _link_sides(V, F, triangle, edges)
-    turned, torn = _orient_faces(F, links)
+    turned, torn = orient_faces(F, links)
     torn_edges = _edge_ends(F, links[torn])
     links = links[~torn]
     turn = turned[links // 3]
@@ -195,8 +195,12 @@ def _inward_vectors(V: FloatArray, F: IntArray, side: IntArray) -> FloatArray:
         return np.asarray(across / np.linalg.norm(across, axis=1, keepdims=True))
 
 
-def _orient_faces(F: IntArray, links: IntArray) -> tuple[BoolArray, BoolArray]:
-    """Return masks of the faces to reorient, and of the links where orientations cannot agree."""
+def orient_faces(F: IntArray, links: IntArray) -> tuple[BoolArray, BoolArray]:
+    """Return masks of the faces to reorient, and of the links where orientations cannot agree.
+
+    `links` are pairs of sides, (#L, 2), of faces that share an edge; side 3 f + k begins at corner k of
+    face f. All connected faces get the orientation of their majority.
+    """
     tail, _ = side_ends(F)
     if not (tail[links[:, 0]] == tail[links[:, 1]]).any():
         return np.zeros(len(F), dtype=bool), np.zeros(len(links), dtype=bool)

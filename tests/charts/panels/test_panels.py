@@ -195,6 +195,7 @@ def test_a_small_trade_cuts_a_body_with_fillets_as_a_smooth_one() -> None:
     assert len(few.charts) == 1
 
 
+@pytest.mark.filterwarnings("ignore:.* edges are cut in addition to the given seams")
 @pytest.mark.parametrize("name", ["pial", "nut", "double_torus", "ball", "ant", "cuboid, fine"])
 def test_given_seams_are_extended(name: str) -> None:
     V, F = DEVELOPABLE[name]() if name in DEVELOPABLE else load(name)
