@@ -30,7 +30,8 @@ def test_every_method_has_its_row_with_its_figures() -> None:
             f"{entry.quality.stretch_l2:.4g}",
             str(entry.quality.flips),
         ]
-        assert cells[4:6] == [f"{entry.seconds:.3f}", f"{entry.ratio:.2f}"]
+        assert cells[4] == str(entry.quality.overlaps)
+        assert cells[5:7] == [f"{entry.seconds:.3f}", f"{entry.ratio:.2f}"]
         assert cells[-1] == entry.result.outcome.value
     assert table.entries["igl.lscm"].ratio == 1
     assert table.entries["igl.lscm"].iterations is None

@@ -18,6 +18,7 @@ def some_vertices(V: np.ndarray, number: int) -> np.ndarray:
     return np.random.default_rng(0).choice(len(V), number, replace=False)
 
 
+@pytest.mark.filterwarnings("ignore:.*the map overlaps itself")
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("number", [3, 20, None])
 def test_pins_at_the_positions_of_a_map_reproduce_the_map(name: str, number: int | None) -> None:
@@ -63,7 +64,7 @@ def test_pins_are_met_without_flips(name: str, method: str | LinABF) -> None:
     b = some_vertices(V, 5)
     bc = 3 * free[b] * [1.1, 0.9] + 5
     result = flatten(V, F, b, bc, method=method)
-    assert result.outcome.good
+    assert not len(result.flipped)
     assert np.array_equal(result.uv[b], bc)
     assert count_flipped_exactly(result.uv, F) == 0
 

@@ -202,5 +202,5 @@ def test_abf_of_a_rough_surface_pressed_flat_ends_with_an_outcome(seed: int) -> 
         warnings.simplefilter("ignore")  # the result may have a warning
         result = flatten(V, F, method="abf")
     assert np.isfinite(result.uv).all()
-    assert result.outcome in (Outcome.CONVERGED, Outcome.NOT_CONVERGED)
+    assert result.outcome in (Outcome.CONVERGED, Outcome.NOT_CONVERGED, Outcome.OVERLAPPING)
     assert quality(V, F, result.uv).flips == len(result.flipped) == 0
