@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from compiling import compile_program
 
 from igl_linabf.io import write_obj
 
@@ -49,7 +50,7 @@ project(timed_bff)
 set(BFF_BUILD_CLI OFF CACHE BOOL "")
 set(BFF_BUILD_GUI OFF CACHE BOOL "")
 add_subdirectory("{sources}" bff)
-add_executable(timed timed.cpp)
+add_executable(timed main.cpp)
 target_link_libraries(timed bff)
 """
 
@@ -64,14 +65,7 @@ class Bff:
     def build(cls, sources: Path) -> Bff:
         """Compile the library and the timing program in a temporary folder."""
         folder = Path(tempfile.mkdtemp(prefix="bff-"))
-        (folder / "CMakeLists.txt").write_text(BUILD.format(sources=sources.resolve()))
-        (folder / "timed.cpp").write_text(TIMED)
-        for command in (
-            ["cmake", "-S", folder, "-B", folder / "build", "-DCMAKE_BUILD_TYPE=Release"],
-            ["cmake", "--build", folder / "build", "--target", "timed"],
-        ):
-            subprocess.run(command, check=True, capture_output=True)
-        return cls(folder / "build" / "timed")
+        return cls(compile_program(folder, BUILD, sources, "timed", TIMED))
 
     def measure_seconds(self, V: np.ndarray, F: np.ndarray, cpu: bool) -> tuple[float, float]:
         """Return the seconds of BFF alone, and including the construction of its mesh (medians of three)."""

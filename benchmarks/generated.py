@@ -31,11 +31,11 @@ from time import process_time
 import igl
 import numpy as np
 import pyvista as pv
-from peers import Maker, TexelAtlas, make_charts, ours, peers, relative_seams
+from drawing import Row, draw_atlases
+from peers import Maker, ours, peers, relative_seams, unmirror
 from scipy.ndimage import zoom
 
 from igl_linabf import overlaps, quality
-from igl_linabf.charts import texture_seams
 
 SIZES = {"50k": 96, "150k": 144, "320k": 200}  # grid points along an axis
 KINDS, NOISES = ("blob", "box"), (0.02, 0.03)
@@ -96,15 +96,6 @@ def list_makers() -> dict[str, Maker]:
     """Return the functions that make atlases: both methods of `unwrap`, and the installed programs."""
     mine: dict[str, Maker] = {"linabf": ours, "isometric": partial(ours, method="isometric")}
     return mine | peers()
-
-
-def unmirror(atlas: TexelAtlas) -> tuple[np.ndarray, int, np.ndarray]:
-    """Return texture coordinates without mirrored charts, the number of charts, and the flipped faces."""
-    chart, areas = make_charts(atlas.FTC), igl.doublearea(atlas.TC, atlas.FTC)
-    mirrored = np.bincount(chart, areas) < 0
-    TC = atlas.TC.copy()
-    TC[np.unique(atlas.FTC[mirrored[chart]]), 0] *= -1
-    return TC, len(mirrored), (areas > 0) == mirrored[chart]
 
 
 def measure_peak_memory() -> float:
@@ -183,30 +174,10 @@ def print_table(sizes: list[str], seed: int) -> None:
 
 def draw(path: str, seed: int) -> None:
     """Draw the first mesh with checkerboards and seams, for `unwrap` and uvunwrap."""
-    from igl_linabf.plot import plot_checkerboard
-
     V, F = generate_mesh(KINDS[0], SIZES["50k"], NOISES[0], seed)
     shown = {name: make for name, make in list_makers().items() if name in ("isometric", "uvunwrap")}
-    plotter = pv.Plotter(
-        shape=(1, len(shown)), off_screen=True, window_size=[700 * len(shown), 700], border=False
-    )
-    for k, (name, make) in enumerate(shown.items()):
-        atlas = make(V, F)
-        uv, charts, _ = unmirror(atlas)
-        plotter.subplot(0, k)
-        # squares of the same size relative to the area of each atlas
-        side = np.sqrt(igl.doublearea(uv, atlas.FTC).sum() / 2) / 60
-        squares = float(np.ptp(uv, axis=0).max() / side)
-        plot_checkerboard(V[atlas.origin], atlas.FTC, uv, frequency=squares, plotter=plotter)
-        ends = texture_seams(F, atlas.FTC)
-        lines = pv.PolyData(V, lines=np.insert(ends, 0, 2, axis=1).ravel())
-        plotter.add_mesh(lines, color="crimson", line_width=3)
-        plotter.view_vector((1, 1, 0.6), viewup=(0, 0, 1))
-        plotter.camera.zoom(1.3)
-        seam = relative_seams(V, F, atlas.FTC)
-        plotter.add_text(f"{name}: {charts} charts, seams {seam:.1f} times the root of the area", font_size=9)
-    plotter.show(screenshot=path)
-    plotter.close()
+    atlases = {name: make(V, F) for name, make in shown.items()}
+    draw_atlases(path, [Row(V, atlases, (1, 1, 0.6), (0, 0, 1))])
 
 
 def main() -> None:

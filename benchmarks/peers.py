@@ -96,19 +96,31 @@ def find_blender_python() -> str | None:
     return sys.executable if find_spec("bpy") else os.environ.get("BPY_PYTHON")
 
 
-def unwrap_with_blender(V: np.ndarray, F: np.ndarray) -> TexelAtlas:
-    """Return the atlas that Blender's Smart UV Project makes."""
+def run_script(
+    python: str, script: str, V: np.ndarray, F: np.ndarray, timeout: float = 120, **more: np.ndarray
+) -> TexelAtlas:
+    """Return the atlas that a script makes in another Python, on a page of `RESOLUTION` texels.
+
+    The script reads V, F and the arrays `more` from the file `sys.argv[1]`, and writes uv and the vertex of
+    each corner, and its seconds, into the file `sys.argv[2]`.
+    """
     with tempfile.TemporaryDirectory() as folder:
         mesh_file, map_file = os.path.join(folder, "in.npz"), os.path.join(folder, "out.npz")
-        np.savez(mesh_file, V=V, F=F)
-        command = [str(find_blender_python()), "-c", SMART, mesh_file, map_file]
-        subprocess.run(command, check=True, capture_output=True, timeout=120)
+        np.savez(mesh_file, V=V, F=F, **more)
+        command = [python, "-c", script, mesh_file, map_file]
+        env = os.environ | {"OMP_NUM_THREADS": "1"}
+        subprocess.run(command, check=True, capture_output=True, timeout=timeout, cwd=folder, env=env)
         result = np.load(map_file)
-        # corners with the same vertex and texture coordinates share a row
-        rows = np.column_stack((result["corner"], result["uv"]))
-        unique, FTC = np.unique(rows, axis=0, return_inverse=True)
-        texels, origin = unique[:, 1:] * RESOLUTION, unique[:, 0].astype(np.int64)
-        return TexelAtlas(origin, FTC.reshape(-1, 3), texels, RESOLUTION**2, float(result["seconds"]))
+    # corners with the same vertex and texture coordinates share a row
+    rows = np.column_stack((result["corner"], result["uv"]))
+    unique, FTC = np.unique(rows, axis=0, return_inverse=True)
+    texels, origin = unique[:, 1:] * RESOLUTION, unique[:, 0].astype(np.int64)
+    return TexelAtlas(origin, FTC.reshape(-1, 3), texels, RESOLUTION**2, float(result["seconds"]))
+
+
+def unwrap_with_blender(V: np.ndarray, F: np.ndarray) -> TexelAtlas:
+    """Return the atlas that Blender's Smart UV Project makes."""
+    return run_script(str(find_blender_python()), SMART, V, F)
 
 
 def programs() -> dict[str, Maker]:
@@ -132,6 +144,15 @@ def peers() -> dict[str, Maker]:
 def make_charts(FTC: np.ndarray) -> np.ndarray:
     """Return the index of the chart of each face."""
     return np.unique(face_components(FTC, int(FTC.max()) + 1), return_inverse=True)[1]
+
+
+def unmirror(atlas: TexelAtlas) -> tuple[np.ndarray, int, np.ndarray]:
+    """Return texture coordinates without mirrored charts, the number of charts, and the flipped faces."""
+    chart, areas = make_charts(atlas.FTC), igl.doublearea(atlas.TC, atlas.FTC)
+    mirrored = np.bincount(chart, areas) < 0
+    TC = atlas.TC.copy()
+    TC[np.unique(atlas.FTC[mirrored[chart]]), 0] *= -1
+    return TC, len(mirrored), (areas > 0) == mirrored[chart]
 
 
 def relative_seams(V: np.ndarray, F: np.ndarray, FTC: np.ndarray) -> float:

@@ -75,8 +75,9 @@ def main(arguments: list[str] | None = None) -> int:
         new = "\n## ".join([head, *(update_section(section, only) for section in sections)])
         if missing := find_losses(old, new):
             print(
-                f"{page} is unchanged, because it would lose {missing[0]}. Set IGL_LINABF_MESHES and install "
-                "the extra `peers`, or remove these entries from the page first.",
+                f"{page} is unchanged, because it would lose {missing[0]}. Set IGL_LINABF_MESHES "
+                "and IGL_LINABF_PEERS, and install the extra `peers`, or remove these entries from the page "
+                "first.",
                 file=sys.stderr,
             )
             return 1

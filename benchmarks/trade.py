@@ -19,9 +19,9 @@ from typing import NamedTuple
 
 import igl
 import numpy as np
-from generated import generate_mesh, unmirror
+from generated import generate_mesh
 from meshes import Mesh, load_shared_meshes, stanford
-from peers import peers, relative_seams
+from peers import peers, relative_seams, unmirror
 
 from igl_linabf import ChartOptions, quality, unwrap
 

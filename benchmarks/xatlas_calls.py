@@ -23,8 +23,8 @@ from time import perf_counter, process_time
 
 import igl
 import numpy as np
-from generated import generate_mesh, measure_peak_memory, unmirror
-from peers import TexelAtlas, relative_seams
+from generated import generate_mesh, measure_peak_memory
+from peers import TexelAtlas, relative_seams, unmirror
 
 from igl_linabf import overlaps, quality
 

@@ -1,0 +1,24 @@
+"""Compile programs of other authors from their sources with CMake."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+
+def compile_program(folder: Path, cmake: str, sources: Path, target: str, main: str = "") -> Path:
+    """Compile a target in a folder, and return the program.
+
+    `cmake` is the text of CMakeLists.txt, in which "{sources}" is the folder of the sources, and `main` is
+    the text of main.cpp. A second call in the same folder compiles only what has changed.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "CMakeLists.txt").write_text(cmake.format(sources=sources.resolve()))
+    (folder / "main.cpp").write_text(main)
+    build = folder / "build"
+    for command in (
+        ["cmake", "-S", folder, "-B", build, "-DCMAKE_BUILD_TYPE=Release"],
+        ["cmake", "--build", build, "--target", target],
+    ):
+        subprocess.run(command, check=True, capture_output=True)
+    return next(path for path in build.rglob(target) if path.is_file())
