@@ -1,20 +1,18 @@
-"""Compare this package with OptCuts, PartUV, UVAtlas and OpenABF.
+"""Compare atlases of `unwrap` with atlases of OptCuts, PartUV and UVAtlas.
 
     IGL_LINABF_PEERS=FOLDER python benchmarks/beside.py [--picture docs/images/beside.png]
 
-The folder contains what these commands make there (the packages on Debian are libtbb-dev, libeigen3-dev,
-xorg-dev and libgl1-mesa-dev; OptCuts takes minutes to compile, and is compiled once):
+These commands fill the folder. OptCuts takes minutes to compile, is compiled once, and needs the headers of
+TBB, X11 and OpenGL (on Debian libtbb-dev, xorg-dev and libgl1-mesa-dev):
 
     git clone https://github.com/liminchen/OptCuts
-    git clone https://github.com/educelab/OpenABF
     git clone https://github.com/EricWang12/PartUV
     python3.11 -m venv partuv && partuv/bin/pip install partuv==0.1.2
     python3.11 -m venv open3d && open3d/bin/pip install open3d==0.20.0
 
-The meshes are those of OptCuts' benchmark and of PartUV's demo, the meshes of kind closed in
-IGL_LINABF_MESHES for UVAtlas, and the surfaces of scrolls.py for OpenABF. Programs that are not in the
-folder are skipped. All programs run on one core. Prints Markdown. With `--picture`, the script only draws
-two meshes.
+The meshes are the ones of OptCuts' benchmark and of PartUV's demo, and for UVAtlas the meshes of kind closed
+in IGL_LINABF_MESHES. Programs that are not in the folder are skipped. All programs run on one core. Prints
+Markdown. With `--picture`, the script only draws two meshes.
 """
 
 from __future__ import annotations
@@ -28,6 +26,7 @@ from collections.abc import Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from statistics import median
+from textwrap import fill
 from time import process_time
 from typing import NamedTuple
 
@@ -37,8 +36,7 @@ import optcuts_peer
 import partuv_peer
 from drawing import Row, draw_atlases
 from meshes import Mesh, load_shared_meshes
-from openabf_peer import OpenAbf
-from peers import Maker, TexelAtlas, relative_seams, unmirror
+from peers import Maker, TexelAtlas, find_peers_folder, relative_seams, unmirror
 from uvatlas_peer import unwrap_with_uvatlas
 
 from igl_linabf import ChartOptions, quality, unwrap
@@ -50,7 +48,7 @@ NOTES = f"""
 The column seams is the length of the seams over the square root of the area. Mean energy is the symmetric
 Dirichlet energy, which is 4 for an isometry. OptCuts and the row of `unwrap` below it have the bound
 {optcuts_peer.BOUND} on it. The other programs run with their default options. The first row of `unwrap` below
-them has the energy of the other program as its bound, and the second one has default options.
+them has default options, too, and the second one has the energy of the other program as its bound.
 Distortion does not include flipped faces, and overlaps are pairs of triangles of one chart. PartUV's tree of
 parts comes from the normals of the faces instead of its neural network, which needs a GPU. With the network,
 its charts may be better. They are measured before packing.
@@ -111,7 +109,7 @@ def format_row(name: str, triangles: int, program: str, row: Figures) -> str:
 
 
 def compare(peer: Peer) -> tuple[list[str], list[tuple[Figures, Figures]]]:
-    """Return the rows of a program, and its figures with those of `unwrap` at the same mean energy."""
+    """Return the rows of a program, and pairs of figures: of the program, and of `unwrap` at its energy."""
     rows, pairs = [], []
     for name, V, F in peer.meshes:
         try:
@@ -121,11 +119,11 @@ def compare(peer: Peer) -> tuple[list[str], list[tuple[Figures, Figures]]]:
             rows.append(f"| {name} | {len(F):,} | {peer.name} | {type(error).__name__} |{' |' * 7}")
             print(name, peer.name, error, file=sys.stderr)
             continue
-        bound = peer.bound or theirs["mean energy"]
-        mine = measure_ours(V, F, bound)
-        figures = {peer.name: theirs, f"unwrap, energy at most {bound:.4g}": mine}
+        bound, figures = peer.bound or theirs["mean energy"], {peer.name: theirs}
         if peer.bound is None:
             figures["unwrap"] = measure_ours(V, F, None)
+        mine = measure_ours(V, F, bound)
+        figures[f"unwrap, energy at most {bound:.4g}"] = mine
         rows += [format_row(name, len(F), program, row) for program, row in figures.items()]
         pairs.append((theirs, mine))
         print(peer.name, name, file=sys.stderr, flush=True)
@@ -133,17 +131,18 @@ def compare(peer: Peer) -> tuple[list[str], list[tuple[Figures, Figures]]]:
 
 
 def conclude(name: str, pairs: list[tuple[Figures, Figures]]) -> str:
-    """Return a sentence that compares the figures of a program with those of `unwrap` at the same energy."""
+    """Return an item of a list that compares a program with `unwrap`, by the pairs of `compare`."""
     ratio = sorted(mine["seams"] / theirs["seams"] for theirs, mine in pairs)
     there, here = ({head: median(pair[k][head] for pair in pairs) for head in HEADS} for k in (0, 1))
     shown = zip(HEADS, FORMATS, strict=True)
     medians = [f"{head} {here[head]:{form}} and {there[head]:{form}}" for head, form in shown]
     better = [head for head in HEADS if there[head] < here[head]]
-    return (
-        f"- {name}: on {len(pairs)} meshes, the seams of `unwrap` are {median(ratio):.2f} times as long\n"
-        f"  in the median ({ratio[0]:.2f} to {ratio[-1]:.2f}) at the same mean energy. Medians of `unwrap`\n"
-        f"  and {name}: {', '.join(medians)}. {name} is better in: {', '.join(better) or 'nothing'}."
+    text = (
+        f"- {name}: on {len(pairs)} meshes, the seams of `unwrap` are {median(ratio):.2f} times as long in "
+        f"the median ({ratio[0]:.2f} to {ratio[-1]:.2f}) at the same mean energy. Medians of `unwrap` and "
+        f"{name}: {', '.join(medians)}. {name} is better in: {', '.join(better) or 'nothing'}."
     )
+    return fill(text, 110, subsequent_indent="  ", break_on_hyphens=False)
 
 
 def print_tables(folder: Path) -> None:
@@ -154,19 +153,13 @@ def print_tables(folder: Path) -> None:
         new_rows, pairs = compare(peer)
         rows += new_rows
         conclusions.append(conclude(peer.name, pairs))
-    sources = folder / "OpenABF"
-    if sources.exists():
-        program = OpenAbf.build(sources, folder / "build" / "openabf")
-        new_rows, conclusion = program.compare()
-        rows += ["", *new_rows]
-        conclusions.append(conclusion)
     print("\n".join(conclusions))
     print(NOTES)
     print("\n".join(rows))
 
 
 def draw(path: str, folder: Path) -> None:
-    """Draw the atlases of one mesh of OptCuts and one of PartUV beside those of `unwrap`."""
+    """Draw one mesh of OptCuts and one of PartUV, with their atlases and the atlases of `unwrap`."""
     views: dict[str, tuple[str, tuple[float, float, float]]] = {
         "OptCuts": ("cow_param_closed", (1, 0.4, 1)),
         "PartUV": ("0c3ca2b3", (1, 0.5, 1)),
@@ -180,7 +173,7 @@ def draw(path: str, folder: Path) -> None:
             bound = peer.bound or measure(V, F, theirs, 0)["mean energy"]
             mine = unwrap_with_bound(V, F, bound)
             rows.append(Row(V, {peer.name: theirs, "unwrap": mine}, view, (0, 1, 0)))
-    draw_atlases(path, rows)
+    draw_atlases(path, rows, panel=(550, 500))
 
 
 def main() -> None:
@@ -188,10 +181,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--picture", metavar="FILE", help="draw two meshes instead")
     picture = parser.parse_args().picture
-    if "IGL_LINABF_PEERS" not in os.environ:
-        print("IGL_LINABF_PEERS is not set: there is no program to compare with", file=sys.stderr)
+    folder = find_peers_folder()
+    if folder is None:
         return
-    folder = Path(os.environ["IGL_LINABF_PEERS"]).resolve()
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, [max(os.sched_getaffinity(0))])
     if picture:

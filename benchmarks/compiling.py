@@ -13,8 +13,11 @@ def compile_program(folder: Path, cmake: str, sources: Path, target: str, main: 
     the text of main.cpp. A second call in the same folder compiles only what has changed.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "CMakeLists.txt").write_text(cmake.format(sources=sources.resolve()))
-    (folder / "main.cpp").write_text(main)
+    texts = {"CMakeLists.txt": cmake.format(sources=sources.resolve()), "main.cpp": main}
+    for name, text in texts.items():
+        path = folder / name
+        if not path.exists() or path.read_text() != text:
+            path.write_text(text)
     build = folder / "build"
     for command in (
         ["cmake", "-S", folder, "-B", build, "-DCMAKE_BUILD_TYPE=Release"],

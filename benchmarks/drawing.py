@@ -8,6 +8,7 @@ import igl
 import numpy as np
 import pyvista as pv
 from peers import TexelAtlas, relative_seams, unmirror
+from PIL import Image
 
 from igl_linabf.charts import texture_seams
 from igl_linabf.plot import plot_checkerboard
@@ -24,10 +25,13 @@ class Row(NamedTuple):
     up: Vector
 
 
-def draw_atlases(path: str, rows: list[Row]) -> None:
-    """Write a picture with a row for each surface and a column for each atlas."""
+def draw_atlases(path: str, rows: list[Row], panel: tuple[int, int] = (700, 700)) -> None:
+    """Write a picture of 128 colours with a row for each surface and a column for each atlas.
+
+    `panel` is the width and the height of an atlas in pixels.
+    """
     columns = max(len(row.atlases) for row in rows)
-    size = [700 * columns, 700 * len(rows)]
+    size = [panel[0] * columns, panel[1] * len(rows)]
     plotter = pv.Plotter(shape=(len(rows), columns), off_screen=True, window_size=size, border=False)
     for i, row in enumerate(rows):
         for k, (name, atlas) in enumerate(row.atlases.items()):
@@ -45,5 +49,6 @@ def draw_atlases(path: str, rows: list[Row]) -> None:
             seam, plural = relative_seams(row.V, F, atlas.FTC), "s" * (charts > 1)
             text = f"{name}: {charts} chart{plural}, seams {seam:.1f} times the root of the area"
             plotter.add_text(text, font_size=9)
-    plotter.show(screenshot=path)
+    pixels = plotter.screenshot(return_img=True)
     plotter.close()
+    Image.fromarray(pixels).quantize(128).save(path, optimize=True)

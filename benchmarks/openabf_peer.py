@@ -1,4 +1,11 @@
-"""Build OpenABF (ABF++ and LSCM, Educe Lab) from its sources, and time its maps."""
+"""Time `abf` and OpenABF (ABF++ and LSCM), which is compiled from its sources.
+
+    git clone https://github.com/educelab/OpenABF FOLDER/OpenABF
+    IGL_LINABF_PEERS=FOLDER python benchmarks/openabf_peer.py
+
+The surfaces are the ones of OpenABF's own benchmark (scrolls.py). Eigen has to be installed (on Debian
+libeigen3-dev). Times are CPU seconds. Prints Markdown.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +18,7 @@ from time import process_time
 
 import numpy as np
 from compiling import compile_program
+from peers import find_peers_folder
 from scrolls import cap, wavy
 
 from igl_linabf import abf, quality
@@ -61,7 +69,7 @@ class OpenAbf:
         return cls(compile_program(folder, BUILD, sources, "timed", TIMED))
 
     def flatten(self, V: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, float]:
-        """Return the map and the CPU time, without that of the construction of the mesh."""
+        """Return the map and the CPU time, without the construction of the mesh."""
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "mesh.txt"
             with path.open("w") as file:
@@ -74,22 +82,24 @@ class OpenAbf:
         output = np.fromstring(done.stdout, sep=" ").reshape(-1, 2)
         return output[1:], float(output[0, 0])
 
-    def compare(self) -> tuple[list[str], str]:
-        """Return a table of OpenABF and `abf` on the surfaces of scrolls.py, and the conclusion."""
-        rows, ratios = ["| surface | triangles | by | F/3nt | flips | CPU s |", "|---" * 6 + "|"], []
-        abf(*wavy(1000))  # warm-up
-        for make, triangles in product((wavy, cap), SIZES):
-            V, F = make(triangles)
-            start = process_time()
-            uv = abf(V, F)
-            seconds = process_time() - start
-            their_uv, their_seconds = self.flatten(V, F)
-            for name, map_, time in (("OpenABF", their_uv, their_seconds), ("abf", uv, seconds)):
-                q = quality(V, F, map_)
-                figures = f"{q.angle_distortion:.5g} | {q.flips} | {time:.2f}"
-                rows.append(f"| {make.__name__} | {len(F):,} | {name} | {figures} |")
-            ratios.append(their_seconds / seconds)
-        return rows, (
-            f"- OpenABF (ABF++ and LSCM) takes {min(ratios):.0f} to {max(ratios):.0f} times as long as\n"
-            "  `abf` on the surfaces of its own benchmark, and F/3nt agrees."
-        )
+
+def main() -> None:
+    folder = find_peers_folder()
+    if folder is None:
+        return
+    program = OpenAbf.build(folder / "OpenABF", folder / "build" / "openabf")
+    print("| surface | triangles | by | F/3nt | flips | CPU s |\n|---|---|---|---|---|---|")
+    abf(*wavy(1000))  # warm-up
+    for make, triangles in product((wavy, cap), SIZES):
+        V, F = make(triangles)
+        start = process_time()
+        uv = abf(V, F)
+        seconds = process_time() - start
+        for name, (map_, time) in {"OpenABF": program.flatten(V, F), "abf": (uv, seconds)}.items():
+            q = quality(V, F, map_)
+            figures = f"{q.angle_distortion:.5g} | {q.flips} | {time:.2f}"
+            print(f"| {make.__name__} | {len(F):,} | {name} | {figures} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

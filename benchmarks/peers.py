@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Callable
 from functools import partial
 from importlib.util import find_spec
+from pathlib import Path
 from time import perf_counter
 from typing import NamedTuple
 
@@ -89,6 +90,15 @@ def unwrap_with_uvunwrap(V: np.ndarray, F: np.ndarray) -> TexelAtlas:
     TC, FTC = np.array(result.uv, dtype=float).reshape(-1, 2), np.array(result.indices).reshape(-1, 3)
     origin = np.array(result.xref).astype(np.int64)
     return TexelAtlas(origin, FTC.astype(np.int64), TC * page, float(page.prod()), seconds)
+
+
+def find_peers_folder() -> Path | None:
+    """Return the folder with other programs that IGL_LINABF_PEERS names."""
+    folder = os.environ.get("IGL_LINABF_PEERS")
+    if folder is None:
+        print("IGL_LINABF_PEERS is not set: there is no program to compare with", file=sys.stderr)
+        return None
+    return Path(folder).resolve()
 
 
 def find_blender_python() -> str | None:
