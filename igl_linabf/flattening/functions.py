@@ -357,7 +357,9 @@ def linabf_angles(
     True
     """
     method = LinABF(iterations, "auto", rtol, tol, threshold, safeguard, guarantee, solver)
-    return _warn_if_bad(flatten(V, F, method=method, outer=outer)).angles
+    result = flatten(V, F, method=method, outer=outer)
+    # angles do not overlap
+    return (result if result.outcome is Outcome.OVERLAPPING else _warn_if_bad(result)).angles
 
 
 def _warn_if_bad(result: Flattening) -> Flattening:

@@ -18,7 +18,6 @@ def some_vertices(V: np.ndarray, number: int) -> np.ndarray:
     return np.random.default_rng(0).choice(len(V), number, replace=False)
 
 
-@pytest.mark.filterwarnings("ignore:.*the map overlaps itself")
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("number", [3, 20, None])
 def test_pins_at_the_positions_of_a_map_reproduce_the_map(name: str, number: int | None) -> None:
