@@ -9,8 +9,9 @@ PY = $(BIN)/python
 
 CORE_TESTS = $(addprefix tests/,reference _core/test_hazards.py _core/test_core_threads.py linalg measures charts/packing)
 
-demo: .venv/ready
-	$(PY) demos/cortex.py
+demo: .venv/demo
+	@echo "demo: flattening the cortex by three methods; pictures and meshes go to out/"
+	@$(PY) demos/cortex.py
 
 test: lint pytest
 
@@ -49,6 +50,10 @@ benchmark: .venv/ready
 # not made where CHOLMOD could not be built, which is so tried again
 .venv/ready: pyproject.toml scripts/bootstrap
 	$(PYTHON) scripts/bootstrap
+
+# the demos need neither browsers nor CHOLMOD
+.venv/demo: pyproject.toml scripts/bootstrap
+	@$(PYTHON) scripts/bootstrap --demo
 
 results: .venv/ready
 	$(PY) benchmarks/results.py

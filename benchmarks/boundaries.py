@@ -44,7 +44,7 @@ MIN_TRIANGLES = 25_000  # opened surfaces are subdivided until they have at leas
 def cut_open(mesh: Mesh) -> Mesh:
     """Return the largest chart of `unwrap`, subdivided to at least `MIN_TRIANGLES` triangles."""
     name, V, F = mesh
-    atlas = unwrap(V, F)
+    atlas = unwrap(V, F, method="linabf")
     V, F, _ = cut(V, F, atlas.seams)
     chart = max(atlas.charts, key=lambda chart: len(chart.faces))
     V, F = igl.remove_unreferenced(V, F[chart.faces])[:2]

@@ -146,7 +146,7 @@ def make_calls(room: str, V: object, F: object) -> dict[str, Callable[[], object
         }
     cut = {
         "unwrap": lambda: il.unwrap(V, F, progress=False),
-        "unwrap, isometric": lambda: il.unwrap(V, F, method="isometric", progress=False),
+        "unwrap, linabf": lambda: il.unwrap(V, F, method="linabf", progress=False),
     }
     if room.startswith("charts"):
         return {

@@ -129,7 +129,7 @@ def meshes() -> Iterator[Mesh]:
     yield from load_shared_meshes("disk")
     for name, V, F in [*load_shared_meshes(*CLOSED), stanford()]:
         if name in SAME_MODEL:
-            yield name, *cut(V, F, find_seams(V, F))[:2]
+            yield name, *cut(V, F, find_seams(V, F, method="linabf"))[:2]
 
 
 def format_percent(share: float) -> str:

@@ -52,7 +52,7 @@ def build_surface(TC: np.ndarray) -> pv.PolyData:
 
 
 if __name__ == "__main__":
-    atlas = unwrap(V, F, method="isometric", packing=Packing(resolution=RESOLUTION, padding=4))
+    atlas = unwrap(V, F, packing=Packing(resolution=RESOLUTION, padding=4))
     image = bake(V, F, atlas, sample_normals, RESOLUTION)
     coarse = bake(V, F, atlas, igl.per_vertex_normals(V, F), RESOLUTION)
     covered = np.linalg.norm(coarse, axis=2) > 0

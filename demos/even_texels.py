@@ -2,7 +2,7 @@
 Even texels
 ===========
 
-For textures, use `method="isometric"`. The isometric method and linear ABF need equally few seams. Linear ABF
+The default method of `unwrap` is `"isometric"`. The isometric method and linear ABF need equally few seams. Linear ABF
 preserves angles, but the squares of a checkerboard grow and shrink. The isometric map preserves angles and
 sizes as well as possible, and no triangle flips.
 

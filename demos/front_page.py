@@ -3,7 +3,7 @@
 
 This is the picture of the first page: the Stanford bunny, unwrapped along seams that `unwrap` finds, with a
 texture of coloured squares. On the right is its atlas, the image that an artist paints. The squares have
-the same size everywhere on the body, because `method="isometric"` preserves areas, too.
+the same size everywhere on the body, because `unwrap` preserves areas, too.
 """
 
 from pathlib import Path
@@ -29,7 +29,7 @@ def make_squares(n: int = 40, texels: int = 2048) -> pv.Texture:
 
 if __name__ == "__main__":
     V, F = bunny()
-    atlas = unwrap(V, F, method="isometric")
+    atlas = unwrap(V, F)
     print(atlas)
     assert atlas.good
     assert atlas.quality.stretch_l2 < 1.1

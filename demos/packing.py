@@ -77,10 +77,10 @@ if __name__ == "__main__":
     brain = decimate(*hemisphere(), 4000)
     charts, close = ChartOptions(trade=15), Packing(resolution=RESOLUTION, padding=2)
     near, far = (
-        unwrap(3 * rabbit, triangles, charts=charts, method="isometric", packing=packing)
+        unwrap(3 * rabbit, triangles, charts=charts, packing=packing)
         for packing in (close, Packing(resolution=RESOLUTION, padding=12))
     )
-    other = unwrap(*brain, charts=charts, method="isometric", packing=close)
+    other = unwrap(*brain, charts=charts, packing=close)
     assert near.good and far.good and other.good
     assert near.report.scale > far.report.scale  # more padding leaves less space for charts
 

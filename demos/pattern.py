@@ -109,7 +109,7 @@ if __name__ == "__main__":
     sewn_seams = panel_seams(body[0], 48, (0, 8, 16, 24, 32, 40))  # two side seams and four princess seams
     models = (("lampshade", shade, None, {"tabs": 12.0}), ("bodice", body, sewn_seams, {"allowance": 12.0}))
     for row, (name, surface, seams, finish) in enumerate(models):
-        atlas = unwrap(*surface, seams, method="isometric")
+        atlas = unwrap(*surface, seams)
         for suffix in ("svg", "dxf", "pdf"):
             pattern = write_pattern(f"out/{name}.{suffix}", *surface, atlas, "mm", grain=(0, 0, 1), **finish)
         print(f"{name}:\n{pattern}\n")

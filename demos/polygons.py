@@ -63,7 +63,7 @@ if __name__ == "__main__":
     else:
         V, F = knot()
         mesh = MeshFile(V, Polygons.of(F))
-    atlas = unwrap(mesh.V, mesh.F, charts=ChartOptions(trade=12), method="isometric")
+    atlas = unwrap(mesh.V, mesh.F, charts=ChartOptions(trade=12))
     seams = set(map(tuple, np.sort(atlas.seams, axis=1).tolist()))
     print(atlas)
     print(f"{len(seams)} seam edges, {len(seams - edges_of(mesh))} of them diagonals")

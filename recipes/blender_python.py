@@ -8,7 +8,7 @@ the object.
 
 The operator of the extension does the same, and also marks the seams::
 
-    bpy.ops.uv.linabf_unwrap(seams="FOUND", method="isometric")
+    bpy.ops.uv.linabf_unwrap(seams="FOUND")
 """
 
 from pathlib import Path
@@ -41,7 +41,7 @@ else:
 # %%
 # Unwrap the mesh. `FTC` has an index into `TC` for each corner of the polygons, in the order of Blender's
 # loops.
-atlas = unwrap(V, F, method="isometric", packing=Packing(resolution=1024))
+atlas = unwrap(V, F, packing=Packing(resolution=1024))
 loops = np.concatenate([atlas.TC[corners] for corners in atlas.FTC])
 print(atlas)
 assert atlas.good

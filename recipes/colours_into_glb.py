@@ -33,9 +33,9 @@ paint = np.uint8(255 * (0.55 + 0.4 * stripes))
 trimesh.Trimesh(V, F, vertex_colors=paint, process=False).export("out/scan.ply")
 
 # %%
-# Read the scan, unwrap it, bake its colours, and write the GLB file. `isometric` gives even texels.
+# Read the scan, unwrap it, bake its colours, and write the GLB file.
 scan = read_file("out/scan.ply")
-atlas = unwrap(scan.V, scan.F, method="isometric", packing=Packing(resolution=512))
+atlas = unwrap(scan.V, scan.F, packing=Packing(resolution=512))
 image = bake(scan.V, scan.F, atlas, scan.colours[:, :3], 512)
 write_textured("out/scan.glb", scan.V, scan.F, atlas.TC, atlas.FTC, image)
 assert atlas.good

@@ -26,7 +26,7 @@ except ImportError:
 SIZE = 128
 V, F = igl.upsample(*igl.icosahedron(), 3)
 V /= np.linalg.norm(V, axis=1, keepdims=True)
-atlas = unwrap(V, F, method="isometric", packing=Packing(resolution=SIZE))
+atlas = unwrap(V, F, packing=Packing(resolution=SIZE))
 if torch is None:
     print("torch is not installed: using the arrays of the atlas")
     uv, uv_idx = atlas.TC, atlas.FTC

@@ -39,7 +39,7 @@ F = np.array(F)
 # changes.
 seam = np.array([[SIDES, 0]])
 Path("out").mkdir(exist_ok=True)
-atlas = unwrap(V, F, seam, method="isometric")
+atlas = unwrap(V, F, seam)
 pattern = write_pattern("out/duct.svg", V, F, atlas, "mm", crease=5)
 print(pattern)
 assert pattern.pieces == len(pattern.seams) == 1

@@ -22,7 +22,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from .._runtime import Progress, count_steps, undo_at_interrupt
-from ..charts import ChartOptions, Cones, Packing, resolve_options
+from ..charts import ChartOptions, Cones, Packing, resolve_method_of_charts, resolve_options
 from ..cortex import FLAT_PATCH, list_files
 from ..errors import is_number, printable, some
 from ..flattening import BoundaryName, Method, resolve_method
@@ -136,7 +136,7 @@ def flatten_files(
         Address of a running Dask scheduler, "tcp://..." or "tls://...". Its workers must see the same files
         under the same names.
     method : str or method object, optional
-        As in `flatten`; by default "linabf", and "isometric" for cortices.
+        As in `flatten`; by default "isometric", but "linabf" with `cones` and for `how="flatten"`.
     how : {"unwrap", "flatten", "cortex"}
         "unwrap" cuts seams. "flatten" accepts only disks, with or without holes. For "cortex" the inputs are
         folders of FreeSurfer subjects, or `?h.sphere.reg` files in them. Each hemisphere is cut, flattened
@@ -194,7 +194,10 @@ def flatten_files(
     limit = _parse_memory(memory)
     if cones is not None and not isinstance(cones, Cones):
         cones = Cones(cones)
-    chosen = resolve_method(method or ("isometric" if how == "cortex" else "linabf"))
+    if how == "unwrap":
+        chosen = resolve_method_of_charts(method, cones)
+    else:
+        chosen = resolve_method(method or ("isometric" if how == "cortex" else "linabf"))
     settings = Settings(how, chosen, format, charts, cones, packing, boundary, units, allow_outside, limit)
     _check_settings(settings)
     if workers is not None and scheduler is not None:

@@ -9,7 +9,7 @@ from .atlas import Atlas, AtlasBounds, AtlasReport, Chart, texture_seams
 from .cones import Cones, find_cones
 from .cost import AtlasCost
 from .features import find_unseen_charts as find_unseen_charts
-from .options import ChartOptions, resolve_options
+from .options import ChartOptions, resolve_method_of_charts, resolve_options
 from .packing import FIRST_UDIM_TILE, UDIM_ROW, Packing, pack_together
 from .packing import PackedChart as PackedChart
 from .packing import pack_charts as pack_charts

@@ -120,20 +120,25 @@ class ChartOptions:
         return np.unique(np.asarray(self.labels), return_inverse=True)[1].ravel()[face]
 
 
-def resolve_method_of_charts(method: str | Method, options: MethodOptions) -> Method:
-    """Return the method with the keywords `options` of a call of `unwrap`.
+def resolve_method_of_charts(
+    method: str | Method | None, cones: object, options: MethodOptions | None = None
+) -> Method:
+    """Return the method of a call of `unwrap`, or the default method, with the keywords `options`.
+
+    Cones need a method that preserves angles.
 
     Raises
     ------
     ValueError
         An option is not an option of the method; the message states where it belongs.
     """
+    options = {} if options is None else options
     for name, value in options.items():
         for keyword, home in (("charts", ChartOptions), ("packing", Packing), ("cones", Cones)):
             if name in {field.name for field in fields(home)}:
                 passed = f"{keyword}={home.__name__}({name}={value!r})"
                 raise ValueError(f"{name} is an option of {home.__name__}: pass {passed}")
-    return resolve_method(method, options)
+    return resolve_method(method or ("isometric" if cones is None else "linabf"), options)
 
 
 def resolve_options(

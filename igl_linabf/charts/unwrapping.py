@@ -68,7 +68,7 @@ elif TYPE_CHECKING:
 
 MAX_MARGIN_SHARE = 0.64  # maximum share of a page that the margins around charts may cover
 SEARCHED_OVER_TRIAL = 0.88  # minimum ratio of the page size after a full search to that of a quick trial
-MAX_SPARSE_FILL = 0.57  # maximum fill of a page of many charts whose largest charts are cut
+MAX_SPARSE_FILL = 0.5  # maximum fill of a page without a resolution, or of many charts, that is cut for
 
 
 @takes_vertices_and_faces
@@ -78,7 +78,7 @@ def unwrap(
     seams: ArrayLike | None = None,
     *,
     charts: ChartOptions | None = None,
-    method: str | Method = "linabf",
+    method: str | Method | None = None,
     cones: Cones | GivenCones | None = None,
     packing: Packing | None = None,
     weld: float | Literal[False] | None = None,
@@ -102,8 +102,8 @@ def unwrap(
     charts : ChartOptions, optional
         How charts are made: how long seams may be to reduce stretch (`ChartOptions(trade=30)`), where they
         are hidden, whether given seams are extended, and how holes, stretch and overlaps are treated.
-    method : str or method object
-        As in `flatten`.
+    method : str or method object, optional
+        As in `flatten`; by default "isometric", and "linabf" with `cones`.
     cones : Cones, (#C,) int, int or "auto", optional
         Vertices that keep all curvature, or the number of cones to find on each component, or `Cones` with
         their angles and the period of a texture. Needs "linabf" or "abf". Cannot be combined with `seams`
@@ -165,7 +165,7 @@ def unwrap(
     >>> unwrap(V, F).FTC.shape
     (6, 4)
     """
-    chosen = resolve_method_of_charts(method, options)
+    chosen = resolve_method_of_charts(method, cones, options)
     asked, wanted, request = resolve_options(seams, charts, cones, packing)
     split = split_polygons(V, F)
     if split is not None:
@@ -252,15 +252,15 @@ def _pack_charts(
     rules: ChartRules,
 ) -> Atlas:
     """Pack charts; without cones, first cut charts that are larger than a page or waste much of it."""
-    surface, cut_for_page = creased.surface, request.resolution is not None and rules.may_find_seams
+    surface = creased.surface
     done = _set_scales(surface, made.charts, request.unseen)
     if wanted is not None:
         request = replace(request, upright=wanted.angles is not None)
         if wanted.period is not None:
             return _pack_with_period(surface, done, request, wanted.period)
-    elif cut_for_page and request.side is None:
+    elif rules.may_find_seams and request.side is None:
         return _pack_fully(creased, done, request, rules)
-    elif cut_for_page:
+    elif rules.may_find_seams:
         done = cut_to_fit(creased, done, request)
     return _make_atlas(surface, done, request)
 
@@ -333,10 +333,11 @@ def _pack_fully(
 ) -> Atlas:
     """Pack charts; first cut charts with many limbs if the fuller page is worth the seams.
 
-    If there are many charts and they fill the page well, nothing is cut, because small charts fill the gaps.
+    Without a resolution, and for many charts, whose smallest fill the gaps between the others, nothing is cut
+    if the page is at least half full.
     """
     surface, placed = creased.surface, None
-    if len(done) > MOST_TRIAL_CHARTS:
+    if request.resolution is None or len(done) > MOST_TRIAL_CHARTS:
         placed = _place_charts(done, request)
         if measure_fill(placed) > MAX_SPARSE_FILL:
             return _make_atlas(surface, done, request, placed)

@@ -12,7 +12,9 @@ from .jobs import ExitCode
 INPUTS = Option("mesh files, folders of them, globs in quotes, URLs", "IN", nargs="+")
 OUTPUT = output_option("folder for the maps and results.csv; an interrupted batch resumes there")
 HOW = Option("unwrap: with seams; flatten: disks only; cortex: FreeSurfer subjects")
-METHOD = Option("method (default: linabf; isometric for cortices)", choices=sorted(METHODS))
+METHOD = Option(
+    "method (default: isometric, but linabf with --cones and to flatten)", choices=sorted(METHODS)
+)
 FORMAT = Option("file format of the maps", choices=[suffix[1:] for suffix in SUFFIXES])
 CONE_ANGLES = Option("cone angles in quarter turns (default: those with the same scale at all cones)")
 
@@ -54,7 +56,7 @@ def run_batch(
     scans/ -o maps/ --resolution 1024 --padding 4    # charts at least 4 texels apart
     scans/ -o maps/ --trade 30 --keep-holes --repair-overlaps
     scans/ -o maps/ --max-stretch 1.2 --hide back    # seams at the backs of heads
-    scans/ -o maps/ --method isometric --max-dirichlet 4.1 --max-charts 8    # by a search over trade
+    scans/ -o maps/ --max-dirichlet 4.1 --max-charts 8    # by a search over trade
     scans/ -o maps/ --resolution 2048 --texel-density 64 --pages 4    # as UDIM tiles
     scans/ -o maps/ --resolution 1024 --unseen 0.25    # fewer texels for cavities
     $SUBJECTS_DIR -o flat/ --how cortex --workers 8    # a folder for each subject

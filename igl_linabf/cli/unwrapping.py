@@ -10,11 +10,12 @@ import numpy as np
 
 from .._runtime import progress_part
 from .._types import FloatArray
-from ..charts import ChartOptions, Cones, texture_seams, unwrap
+from ..charts import ChartOptions, Cones, resolve_method_of_charts, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
+from ..flattening import METHODS
 from ..io import MeshFile, is_flat_format
 from ..surface import Faces, Polygons
-from .arguments import CHARTS, PACKING, MethodName, Option, Weight, build_method
+from .arguments import CHARTS, PACKING, Option, Weight, build_method
 from .baking import BAKED_RESOLUTION, BakedPacking, bake_images, check_baking, list_image_kinds
 from .jobs import MESHES, OUTPUT, PICTURE, PROGRESS, REPORTS, ExitCode, Job, check_companion_files
 from .outputs import make_writer, report_troubles, warn_of_bare_parts, write_outputs
@@ -35,6 +36,7 @@ PERIOD = Option(
 )
 KEEP_MATERIALS = Option("cut where two materials meet: no chart has faces of both")
 EXTEND_SEAMS = Option("add the seams that --seams lacks", flags=("--extend-seams",))
+METHOD = Option("method (default: isometric, but linabf with --cones)", choices=sorted(METHODS))
 WELD = Option(
     "merge vertices within this distance; 0: merge coincident vertices (default where most of the boundary "
     "lies on itself); no: merge nothing",
@@ -64,7 +66,7 @@ def unwrap_mesh(
     strict: Annotated[bool, STRICT] = False,
     packing: Annotated[BakedPacking, {**PACKING, "bake": BAKE}],
     texcoord: Annotated[Literal[0, 1], TEXCOORD] = 0,
-    method: MethodName = "linabf",
+    method: Annotated[str | None, METHOD] = None,
     weight: Weight = None,
 ) -> ExitCode:
     """Cut any surface into charts, flatten them without overlaps, pack them, and write the atlas.
@@ -75,9 +77,10 @@ def unwrap_mesh(
     --------
     bunny.obj -o bunny.glb --picture bunny.png
     props/chair.gltf -o chair.glb --allow-outside    # its images are in another folder
-    bunny.obj -o bunny.glb --method isometric --weight 1.5    # even texels
+    bunny.obj -o bunny.glb --weight 4    # areas are even, angles less so
+    bunny.obj -o bunny.glb --method linabf    # angles are exact, areas less so
     bunny.obj -o bunny.obj --trade 30 --max-stretch 1.2    # longer seams, less stretch
-    bunny.obj -o bunny.obj --method isometric --max-dirichlet 4.1    # the shortest seams found for this bound
+    bunny.obj -o bunny.obj --max-dirichlet 4.1    # the shortest seams found for this bound
     bunny.obj -o bunny.obj --max-charts 2
     bunny.obj -o bunny.obj --seams uv --method abf    # along the seams in the file
     bunny.obj -o bunny.obj --seams pairs.txt --extend-seams    # along the edges of pairs.txt, and more
@@ -96,13 +99,12 @@ def unwrap_mesh(
     part.obj -o part.obj --strict --repair-overlaps
     body.obj -o body.glb --resolution 1024 --padding 4 --bake normals
     city.obj -o city.obj --resolution 2048 --texel-density 64 --pages 4    # as UDIM tiles
-    scan.ply -o scan.glb --method isometric --unseen 0.25    # fewer texels for cavities
+    scan.ply -o scan.glb --unseen 0.25    # fewer texels for cavities
     'scans/*.stl' -o maps/ --format glb --json > figures.jsonl    # one line per mesh
     - -o - --quiet < bunny.obj > atlas.obj
     """
     if texcoord:
         job.check_second_map()
-    chosen = build_method(method, weight=weight)
     mesh = job.read()
     if texcoord and mesh.FTC is None:
         raise MeshError(f"{job.title} has no texture coordinates: leave out --texcoord")
@@ -110,6 +112,7 @@ def unwrap_mesh(
         check_baking(packing, mesh, job.target, texcoord)
     check_companion_files(job, mesh, list_image_kinds(packing.bake, mesh), packing.pages or 1, bool(texcoord))
     given_cones = _read_cones(cones, cone_angles, period)
+    chosen = build_method(method or resolve_method_of_charts(None, given_cones).name, weight=weight)
     given_seams = _read_seams(seams, mesh, charts, chosen)
     _warn_of_bare_parts(mesh, packing.bake, texcoord, seams)
     if keep_materials:
@@ -134,7 +137,7 @@ def unwrap_mesh(
     TC = (
         atlas.flat / atlas.report.scale if is_flat_format(job.target) else atlas.TC
     )  # a map written as a surface has the size of the mesh
-    pictured = mesh.V[atlas.origin], atlas.drawn, {method: atlas.flat}
+    pictured = mesh.V[atlas.origin], atlas.drawn, {chosen.name: atlas.flat}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
     figures |= {"unmapped_parts": mesh.list_bare_parts()} if mesh.TC is not None else {}
     write = partial(make_writer(job), mesh=mesh, TC=TC, FTC=atlas.FTC, image=image, texcoord=texcoord)

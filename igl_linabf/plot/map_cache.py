@@ -118,5 +118,5 @@ class MapCache:
 
     def _find_seams(self, trade: float) -> IntArray:
         if trade not in self._seams:
-            self._seams[trade] = find_seams(self.V, self.F, trade=trade, disks=True)
+            self._seams[trade] = find_seams(self.V, self.F, method="linabf", trade=trade, disks=True)
         return self._seams[trade]

@@ -34,13 +34,14 @@ def read_calls(folder: Path) -> list[str]:
 def bootstrap(tmp_path, monkeypatch) -> ModuleType:
     """Import `scripts/bootstrap` for a temporary `.venv` with a fake Python, without network and pip."""
     module = script("bootstrap")
-    for name, path in {"VENV": "", "INSTALLED": "installed", "READY": "ready", "LOG": "cholmod.log"}.items():
+    files = {"VENV": "", "INSTALLED": "installed", "DEMO": "demo", "READY": "ready", "LOG": "cholmod.log"}
+    for name, path in files.items():
         monkeypatch.setattr(module, name, tmp_path / ".venv" / path)
     monkeypatch.setattr(module, "PYTHON", tmp_path / ".venv" / "bin" / "python")
     monkeypatch.setattr(module, "ROOT", tmp_path)
     (tmp_path / "pyproject.toml").write_text("one")
     monkeypatch.setenv("PYTHON", sys.executable)
-    monkeypatch.setattr(module, "missing_packages", lambda python: [])
+    monkeypatch.setattr(module, "missing_packages", lambda python, for_tests: [])
     return module
 
 
@@ -102,6 +103,28 @@ def test_existing_parts_are_not_changed(bootstrap, tmp_path, monkeypatch, capsys
     (tmp_path / "pyproject.toml").write_text("two")  # the dependencies change
     bootstrap.main()
     assert [call for call in read_calls(tmp_path / ".venv" / "bin") if "[test]" in call]
+
+
+def test_the_demo_needs_neither_browsers_nor_cholmod(bootstrap, tmp_path, capsys) -> None:
+    write_fake_python(tmp_path, cholmod=False)
+    bootstrap.main("--demo")
+    assert "building the core" in capsys.readouterr().err
+    calls = read_calls(tmp_path / ".venv" / "bin")
+    assert [call for call in calls if "[demos]" in call]
+    assert not [call for call in calls if "[test]" in call or "cholmod" in call]
+    assert bootstrap.DEMO.exists() and not bootstrap.READY.exists()
+    bootstrap.main()  # the tests need more
+    assert [call for call in read_calls(tmp_path / ".venv" / "bin") if "[test]" in call]
+    packages = set(script("bootstrap").missing_packages("no python", for_tests=False))
+    assert packages <= {"g++", "gcc", "libc6-dev", "python3-venv", "python3-dev", "libegl1", "libgl1"}
+
+
+def test_the_demo_takes_the_environment_of_the_tests(bootstrap, tmp_path, capsys) -> None:
+    write_fake_python(tmp_path, cholmod=True)
+    bootstrap.main()
+    capsys.readouterr()
+    bootstrap.main("--demo")
+    assert bootstrap.DEMO.exists() and capsys.readouterr().err == ""
 
 
 def test_an_old_python_is_refused(tmp_path) -> None:

@@ -96,7 +96,8 @@ class Packing:
         Texels along a page's side, or its width and height. Texture coordinates are relative to both, so a
         page that is not square is the unit square in texture coordinates, too. With a resolution, distances
         are given by `padding` instead of `margin`, and `unwrap` cuts charts with many limbs further if a
-        fuller page is worth the seam (see `ChartOptions.trade`).
+        fuller page is worth the seam (see `ChartOptions.trade`). Without one, it does so only for a page that
+        is less than half full.
     padding : float
         Texels between two charts, in u or in v, and half as many at the border. With 2 or more, no two
         charts share a texel of a bilinear lookup. Needs `resolution`.
@@ -104,8 +105,9 @@ class Packing:
         Texels per unit of length of V, averaged over a chart. Needs `resolution`. `unwrap` cuts charts that
         are larger than a page, unless seams are given. By default charts are as large as the pages allow.
     pages : int, optional
-        Number of pages; with `texel_density` the maximum number, and by default as many as necessary. Page k
-        is the unit square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.
+        Maximum number of pages; the result may use fewer (`Atlas.pages`). The default is 1, or as many as
+        necessary with `texel_density`. Page k is the unit square above and right of (k % 10, k // 10), as UDIM
+        tile 1001 + k.
     margin : float, optional
         Distance between charts, and to the border, as a share of the unit square's side, if there is no
         `resolution`. If there are too many charts for the margin, `unwrap` reduces it with a warning. The

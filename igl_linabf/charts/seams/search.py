@@ -82,7 +82,7 @@ def find_seams(
     V: ArrayLike,
     F: ArrayLike,
     *,
-    method: str | Method = "linabf",
+    method: str | Method = "isometric",
     trade: float = constants.TRADE,
     keep_holes: bool = False,
     disks: bool = False,
