@@ -2,9 +2,9 @@
 Even texels
 ===========
 
-The default method of `unwrap` is `"isometric"`. The isometric method and linear ABF need equally few seams. Linear ABF
-preserves angles, but the squares of a checkerboard grow and shrink. The isometric map preserves angles and
-sizes as well as possible, and no triangle flips.
+The default method of `unwrap` is `"isometric"`. The isometric method and linear ABF need equally few seams.
+Linear ABF preserves angles, but the squares of a checkerboard grow and shrink. The isometric map preserves
+angles and sizes as well as possible, and no triangle flips.
 
 The models are the Stanford bunny and a closed cortical hemisphere. If xatlas is installed, its atlas is shown
 as well: the texels are equally even, but it has 50 to 200 charts instead of one or two.

@@ -106,8 +106,8 @@ class Packing:
         are larger than a page, unless seams are given. By default charts are as large as the pages allow.
     pages : int, optional
         Maximum number of pages; the result may use fewer (`Atlas.pages`). The default is 1, or as many as
-        necessary with `texel_density`. Page k is the unit square above and right of (k % 10, k // 10), as UDIM
-        tile 1001 + k.
+        necessary with `texel_density`. Page k is the unit square above and right of (k % 10, k // 10), as
+        UDIM tile 1001 + k.
     margin : float, optional
         Distance between charts, and to the border, as a share of the unit square's side, if there is no
         `resolution`. If there are too many charts for the margin, `unwrap` reduces it with a warning. The
