@@ -80,10 +80,10 @@ def cut_for_fill(
     )
     if not charts:
         return done, np.inf
-    page = TrialPage(sum(chart.area for chart in charts), request.spacing, request.upright)
     outlines = make_whole_outlines(charts)
     if not outlines:
         return done, np.inf
+    page = TrialPage.of(outlines, request.spacing, request.upright)
     tried = page.draw_charts(outlines)
     state = best = _CutState(charts, tried, page.size(tried), 0.0)
     for _ in range(MAX_PAGE_CUTS):

@@ -15,6 +15,7 @@ from .outlines import ChartMasks, Masks, Outline, rasterize_outlines, rectangles
 from .spacing import Spacing
 
 TRIAL_GRID = 96  # cells along the page's side for trial pages
+MAX_PAGE_SIDES = 16  # length of a chart, over the page's expected side, above which the grid is coarser
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,19 +33,26 @@ class TrialPage:
     Attributes
     ----------
     area : float
+        Total area of the charts.
+    cells : float
+        Grid cells per unit of length.
     spacing : Spacing
     upright : bool
         Turn charts by quarter turns only.
     """
 
     area: float
+    cells: float
     spacing: Spacing
     upright: bool
 
-    @property
-    def _cells(self) -> float:
-        """Grid cells per unit of length, for a page of the expected size."""
-        return TRIAL_GRID / float(np.sqrt(self.area / self.spacing.aspect / EXPECTED_FILL))
+    @classmethod
+    def of(cls, outlines: Sequence[Outline], spacing: Spacing, upright: bool) -> "TrialPage":
+        """Return a page for the parts of charts, with a grid for a page of the expected size."""
+        area = sum(outline.area for outline in outlines)
+        side = float(np.sqrt(area / spacing.aspect / EXPECTED_FILL))
+        longest = max(float(np.abs(outline.start).max()) for outline in outlines)
+        return cls(area, TRIAL_GRID / max(side, longest / MAX_PAGE_SIDES), spacing, upright)
 
     def draw_charts(self, outlines: Sequence[Outline]) -> list[TrialChart]:
         """Rasterise outlines, which are rotated to their narrowest rectangles, in several rotations."""
@@ -53,7 +61,7 @@ class TrialPage:
         areas = np.array([outline.area for outline in outlines])
         turns = list_turns(areas, sizes, self.area, COARSE_TURNS, self.upright)
         gap = self.spacing.gap * TRIAL_GRID
-        masks = rasterize_outlines(outlines, turns, self._cells, gap, self.spacing.aspect)
+        masks = rasterize_outlines(outlines, turns, self.cells, gap, self.spacing.aspect)
         return [TrialChart(mask, area) for mask, area in zip(masks, areas.tolist(), strict=True)]
 
     def draw_each(self, several: Sequence[Sequence[Outline]]) -> list[list[TrialChart]]:
@@ -87,7 +95,7 @@ class TrialPage:
         """Return the size of charts placed in the order of `spans`; infinity if it reaches `limit`."""
         gap = self.spacing.gap * TRIAL_GRID
         # number of cells along a page that is filled completely by the charts
-        full = self._cells * float(np.sqrt(self.area / self.spacing.aspect))
+        full = self.cells * float(np.sqrt(self.area / self.spacing.aspect))
         inner = self.spacing.inner * full
         most = np.ceil(gap + inner * np.sqrt(max(limit, 0.0))) - 1
         room = GROWING_ROOM * TRIAL_GRID

@@ -344,6 +344,15 @@ def test_planes_are_not_cut_for_a_fuller_page(name: str) -> None:
     assert not across.any()
 
 
+@pytest.mark.parametrize("packing", [None, Packing(resolution=512)])
+def test_a_needle_of_any_length_takes_no_more_memory(packing: Packing | None) -> None:
+    V = np.array(
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [3, 0, 0], [1e8, 0, 0], [3, 1e-7, 0]], dtype=float
+    )
+    atlas = unwrap(V, np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6]]), packing=packing)
+    assert atlas.good and len(atlas.charts) == 2
+
+
 def test_trial_parts_equal_packed_parts() -> None:
     V, F = igl.triangulated_grid(12, 9)
     hole = (np.abs(V[F].mean(axis=1) - [0.5, 0.4]) < 0.12).all(axis=1)
