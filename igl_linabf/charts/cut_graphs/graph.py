@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -157,10 +157,13 @@ def prune_stubs(graph: SurfaceGraph, seam: IntArray, tips: IntArray) -> IntArray
     return seam[prune_leaves(graph.ends[seam], kept)]
 
 
-def join_terminals(graph: SurfaceGraph, seam: IntArray, others: IntArray | None = None) -> IntArray:
+def join_terminals(
+    graph: SurfaceGraph, seam: IntArray, others: IntArray | None = None, whole: IntArray | None = None
+) -> IntArray:
     """Join the holes, the nodes `others` and the seam by a tree of shortest paths.
 
-    The tree is a minimum spanning tree of the distances between them.
+    The tree is a minimum spanning tree of the distances between them. The holes `whole` are not joined, and
+    paths pass through them only if there is no other way.
     """
     passed = np.zeros(graph.n, dtype=bool)
     passed[graph.ends[seam]] = True
@@ -168,6 +171,10 @@ def join_terminals(graph: SurfaceGraph, seam: IntArray, others: IntArray | None 
     passed[: graph.n_holes] = True
     if others is not None:
         passed[others] = True
+    if whole is not None and len(whole):
+        passed[whole] = False
+        through = np.isin(graph.ends, whole).any(axis=1)
+        graph = replace(graph, length=graph.length + through * graph.length.sum())
     terminals = np.flatnonzero(passed)
     if len(terminals) == 0:
         return seam

@@ -149,7 +149,8 @@ class RoundedPanels(Panels):
 def find_panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, FloatArray]:
     """Return the seams along which components that consist of panels are cut, so that every panel is flat.
 
-    Holes in panels that are flat without a further cut are not cut open, because that seam would be visible.
+    Holes of flat panels are not cut open, and the seam of a cylinder or cone passes beside its holes, because
+    seams into a hole are visible, and weaken a sheet.
 
     Parameters
     ----------
@@ -255,9 +256,9 @@ def _find_slits(panels: Panels, cut: BoolArray, unclosed: BoolArray) -> tuple[Bo
 def _find_opening(part: Submesh, tip: BoolArray, hidden: FloatArray | None) -> IntArray:
     """Return the edges (#E, 2) that open a part of several components; one component may have handles.
 
-    `tip` is a mask of the vertices, (n,), that the edges have to reach.
+    `tip` is a mask of the vertices, (n,), that the edges have to reach. They pass beside flat holes.
     """
     piece = ClosedSurface.of_creased(CreasedSurface(part, hidden))
     loops = open_handles(piece, 1) if piece.graph.genus else np.zeros(0, dtype=np.int64)
-    seam = join_terminals(piece.graph, loops, piece.node[tip[part.vertices]])
+    seam = join_terminals(piece.graph, loops, piece.node[tip[part.vertices]], piece.flat_holes)
     return part.vertices[piece.edges[seam]]

@@ -220,7 +220,9 @@ class SeamSearch:
             own = creased if component is surface else CreasedSurface(component, self.hidden)
             if is_open and loops > 1:
                 found.append(
-                    panels.of(k) if panels.cost[k] < self._estimate_uncut_cost(own) else panels.edges[:0]
+                    panels.of(k)
+                    if panels.cost[k] < self._measure_cost(own, panels.edges[:0])
+                    else panels.edges[:0]
                 )
             else:
                 found.append(self._find_seam_of_component(own, is_open, panels, k))
@@ -235,10 +237,6 @@ class SeamSearch:
 
     def _closed(self, creased: CreasedSurface) -> ClosedSurface:
         return ClosedSurface.of_creased(creased, isinstance(self.method, Isometric))
-
-    def _estimate_uncut_cost(self, creased: CreasedSurface) -> float:
-        """Return the expected cost of a component that is not cut."""
-        return seam_cost(self._closed(creased), np.zeros(0, dtype=np.int64), self.trade)
 
     def _find_seam_of_component(
         self, creased: CreasedSurface, is_open: bool, panels: _PanelSeams, k: int
