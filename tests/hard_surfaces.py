@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import igl
 import numpy as np
@@ -32,6 +32,22 @@ def prism(n: int, height: float, times: int = 0) -> Surface:
     angle = 2 * np.pi * np.arange(n) / n
     caps = np.column_stack((np.zeros(n - 2), np.arange(1, n - 1), np.arange(2, n))).astype(np.int64)
     return extrude(np.column_stack((np.cos(angle), np.sin(angle))), caps, height, times)
+
+
+def pipe(holes: Sequence[tuple[float, float, float]], around: int = 72, rows: int = 45) -> Surface:
+    """Return an open pipe of radius 1 and height 4; `holes` are angles, heights and radii of round holes."""
+    angle, height = np.meshgrid(np.arange(around) * 2 * np.pi / around, np.linspace(0, 4, rows))
+    V = np.column_stack((np.cos(angle).ravel(), np.sin(angle).ravel(), height.ravel()))
+    i, j = (index.ravel() for index in np.meshgrid(np.arange(around), np.arange(rows - 1)))
+    a, b = j * around + i, j * around + (i + 1) % around
+    F = np.concatenate((np.column_stack((a, b, b + around)), np.column_stack((a, b + around, a + around))))
+    middle = V[F].mean(axis=1)
+    turn = np.angle(middle[:, 0] + 1j * middle[:, 1])
+    for at, z, radius in holes:
+        away = np.hypot(np.angle(np.exp(1j * (turn - at))), middle[:, 2] - z) > radius
+        F, turn, middle = F[away], turn[away], middle[away]
+    V, F = igl.remove_unreferenced(V, F)[:2]
+    return V, F
 
 
 def angle_solid(height: float, times: int = 0) -> Surface:

@@ -68,7 +68,7 @@ elif TYPE_CHECKING:
 
 MAX_MARGIN_SHARE = 0.64  # maximum share of a page that the margins around charts may cover
 SEARCHED_OVER_TRIAL = 0.88  # minimum ratio of the page size after a full search to that of a quick trial
-MAX_SPARSE_FILL = 0.5  # maximum fill of a page without a resolution, or of many charts, that is cut for
+MAX_SPARSE_FILL = 0.57  # maximum fill of a page of many charts whose largest charts are cut
 
 
 @takes_vertices_and_faces
@@ -259,7 +259,8 @@ def _pack_charts(
         if wanted.period is not None:
             return _pack_with_period(surface, done, request, wanted.period)
     elif rules.may_find_seams and request.side is None:
-        return _pack_fully(creased, done, request, rules)
+        if request.cut_below > 0:
+            return _pack_fully(creased, done, request, rules)
     elif rules.may_find_seams:
         done = cut_to_fit(creased, done, request)
     return _make_atlas(surface, done, request)
@@ -333,13 +334,14 @@ def _pack_fully(
 ) -> Atlas:
     """Pack charts; first cut charts with many limbs if the fuller page is worth the seams.
 
-    Without a resolution, and for many charts, whose smallest fill the gaps between the others, nothing is cut
-    if the page is at least half full.
+    Nothing is cut if the page is full enough. Less is enough for many charts, whose smallest fill the gaps
+    between the others.
     """
     surface, placed = creased.surface, None
-    if request.resolution is None or len(done) > MOST_TRIAL_CHARTS:
+    enough = min(request.cut_below, MAX_SPARSE_FILL if len(done) > MOST_TRIAL_CHARTS else 1.0)
+    if enough < 1:
         placed = _place_charts(done, request)
-        if measure_fill(placed) > MAX_SPARSE_FILL:
+        if measure_fill(placed) > enough:
             return _make_atlas(surface, done, request, placed)
     parts, whole = cut_for_fill(creased, done, request, rules.trade, rules.most_stretch)
     if len(parts) == len(done):

@@ -237,3 +237,11 @@ PACKING = {
         "share of the texel density for charts that no ray from outside reaches, such as cavities", "SHARE"
     ),
 }
+UNWRAP_PACKING = {
+    **PACKING,
+    "cut_below": Option(
+        "cut charts further if they would fill less than this share of the page (default: 0.5, and 1 with "
+        "--resolution); 0: never",
+        "FILL",
+    ),
+}

@@ -6,7 +6,16 @@ from ..batch import flatten_files
 from ..charts import ChartOptions, Cones, Packing
 from ..flattening import METHODS
 from ..io import SUFFIXES
-from .arguments import ALLOW_OUTSIDE, CHARTS, PACKING, Boundary, ConeCount, Option, Units, output_option
+from .arguments import (
+    ALLOW_OUTSIDE,
+    CHARTS,
+    UNWRAP_PACKING,
+    Boundary,
+    ConeCount,
+    Option,
+    Units,
+    output_option,
+)
 from .jobs import ExitCode
 
 INPUTS = Option("mesh files, folders of them, globs in quotes, URLs", "IN", nargs="+")
@@ -36,7 +45,7 @@ def run_batch(
     units: Units = None,
     cones: ConeCount = None,
     cone_angles: Annotated[Literal["quarter"] | None, CONE_ANGLES] = None,
-    packing: Annotated[Packing | None, PACKING],
+    packing: Annotated[Packing | None, UNWRAP_PACKING],
     retry: Annotated[bool, Option("retry meshes that died, ran out of memory or failed before")] = False,
     force: Annotated[bool, Option("replace files in OUT that were not written by a batch")] = False,
     allow_outside: Annotated[bool, ALLOW_OUTSIDE] = False,

@@ -3,10 +3,11 @@
 import warnings
 from dataclasses import dataclass
 from functools import partial
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Literal
 
 from .._runtime import progress_part
-from ..charts import ChartOptions, unwrap
+from ..charts import ChartOptions, Packing, unwrap
 from ..errors import OutcomeWarning
 from ..io import MeshFile
 from ..patterns import (
@@ -21,6 +22,7 @@ from ..patterns import (
 from .arguments import CHARTS, MethodName, Option, parse_axis, parse_factors
 from .jobs import MESHES, PROGRESS, REPORTS, ExitCode, Job, output_options
 from .outputs import report_troubles, write_outputs
+from .seams import EXTEND_SEAMS, SEAMS, read_seams
 
 OUTPUT = output_options("SVG, DXF (both in millimetres) or PDF", PATTERN_SUFFIXES)
 UNIT = Option(f"unit of length of the mesh (default: that in its file, or {DEFAULT_UNITS})", choices=UNITS)
@@ -63,7 +65,8 @@ def draw_pattern(
     tabs: Annotated[float | None, TABS] = None,
     allowance: Annotated[float | None, ALLOWANCE] = None,
     compensation: Annotated[tuple[float, float] | None, COMPENSATION] = None,
-    trade: Annotated[float, CHARTS["trade"]] = ChartOptions.trade,
+    seams: Annotated[Literal["auto", "uv"] | Path, SEAMS] = "auto",
+    charts: Annotated[ChartOptions | None, {"extend": EXTEND_SEAMS, **CHARTS}],
     method: MethodName = "isometric",
 ) -> ExitCode:
     """Unwrap a mesh and draw its pieces at true scale, with numbered seams, to cut and join.
@@ -82,6 +85,8 @@ def draw_pattern(
     lampshade.obj -o lampshade.pdf --paper A3 --quiet
     bodice.obj -o bodice.dxf --grain y --up z --crease 60 --trade 20 --method linabf
     box.obj -o box.pdf --units mm --tabs 8    # paper, with glue tabs of 8 mm
+    duct.obj -o duct.dxf --units mm --seams pairs.txt    # along the edges of pairs.txt
+    bodice.obj -o bodice.pdf --units cm --hide back    # seams at the back
     bodice.obj -o bodice.svg --units cm --allowance 1.5 --compensation 1.03,1.05    # cloth that shrinks
     'parts/*.obj' -o sheets/ --format dxf --json > seams.jsonl    # one line per mesh
     'parts/*.obj' -o sheets/ --force    # replaces existing sheets
@@ -93,7 +98,9 @@ def draw_pattern(
     )
     with warnings.catch_warnings(), progress_part("unwrapping", PROGRESS["computing"]):
         warnings.simplefilter("ignore", OutcomeWarning)  # `report_troubles` reports the problems
-        atlas = unwrap(mesh.V, mesh.F, charts=ChartOptions(trade=trade), method=method)
+        edges = read_seams(seams, mesh, charts, method)
+        # sheets are larger than pieces: nothing is cut for a fuller page
+        atlas = unwrap(mesh.V, mesh.F, edges, charts=charts, method=method, packing=Packing(cut_below=0))
     pattern = build_pattern(mesh.V, mesh.F, atlas, options)
     figures = {"good": atlas.good, "troubles": atlas.troubles, "pattern": pattern, "units_given_by": given_by}
     text = f"{pattern} ({UNITS_NOTES[given_by]})"

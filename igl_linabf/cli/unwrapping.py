@@ -9,20 +9,16 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from .._runtime import progress_part
-from .._types import FloatArray
-from ..charts import ChartOptions, Cones, resolve_method_of_charts, texture_seams, unwrap
+from ..charts import ChartOptions, Cones, resolve_method_of_charts, unwrap
 from ..errors import MeshError, OutcomeWarning
 from ..flattening import METHODS
 from ..io import MeshFile, is_flat_format
-from ..surface import Faces, Polygons
-from .arguments import CHARTS, PACKING, Option, Weight, build_method
+from .arguments import CHARTS, UNWRAP_PACKING, Option, Weight, build_method
 from .baking import BAKED_RESOLUTION, BakedPacking, bake_images, check_baking, list_image_kinds
 from .jobs import MESHES, OUTPUT, PICTURE, PROGRESS, REPORTS, ExitCode, Job, check_companion_files
 from .outputs import make_writer, report_troubles, warn_of_bare_parts, write_outputs
+from .seams import EXTEND_SEAMS, SEAMS, read_rows, read_seams
 
-SEAMS = Option(
-    "auto, uv (seams of the file's texture coordinates), or a file of vertex pairs from 0", "SEAMS"
-)
 CONES = Option(
     "concentrate the curvature at N vertices, at an automatic number (auto), or at the vertices in a file, "
     "counted from 0: both sides of the seams through them match",
@@ -35,7 +31,6 @@ PERIOD = Option(
     "period of a texture, as a share of the page's side: it continues across seams of quarter turns", "SHARE"
 )
 KEEP_MATERIALS = Option("cut where two materials meet: no chart has faces of both")
-EXTEND_SEAMS = Option("add the seams that --seams lacks", flags=("--extend-seams",))
 METHOD = Option("method (default: isometric, but linabf with --cones)", choices=sorted(METHODS))
 WELD = Option(
     "merge vertices within this distance; 0: merge coincident vertices (default where most of the boundary "
@@ -64,7 +59,7 @@ def unwrap_mesh(
     charts: Annotated[ChartOptions | None, {"extend": EXTEND_SEAMS, **CHARTS}],
     weld: Annotated[Literal["no"] | float | None, WELD] = None,
     strict: Annotated[bool, STRICT] = False,
-    packing: Annotated[BakedPacking, {**PACKING, "bake": BAKE}],
+    packing: Annotated[BakedPacking, {**UNWRAP_PACKING, "bake": BAKE}],
     texcoord: Annotated[Literal[0, 1], TEXCOORD] = 0,
     method: Annotated[str | None, METHOD] = None,
     weight: Weight = None,
@@ -113,7 +108,7 @@ def unwrap_mesh(
     check_companion_files(job, mesh, list_image_kinds(packing.bake, mesh), packing.pages or 1, bool(texcoord))
     given_cones = _read_cones(cones, cone_angles, period)
     chosen = build_method(method or resolve_method_of_charts(None, given_cones).name, weight=weight)
-    given_seams = _read_seams(seams, mesh, charts, chosen)
+    given_seams = read_seams(seams, mesh, charts, chosen)
     _warn_of_bare_parts(mesh, packing.bake, texcoord, seams)
     if keep_materials:
         charts = replace(charts or ChartOptions(), labels=_material_labels(mesh, given_cones))
@@ -159,34 +154,6 @@ def _warn_of_bare_parts(mesh: MeshFile, bake: str | None, texcoord: int, seams: 
         warn_of_bare_parts(mesh, needed)
 
 
-def _read_seams(
-    seams: Literal["auto", "uv"] | Path, mesh: MeshFile, charts: ChartOptions | None, method: Any
-) -> Any:
-    """Return the seam edges from texture coordinates or a file; None for automatic seams."""
-    if seams == "auto":
-        return None
-    if seams != "uv":
-        return _read_rows(seams, np.int64, "integers: write two vertices on each line")
-    if mesh.TC is None or mesh.FTC is None:
-        raise MeshError(f"{mesh.path} has no texture coordinates: it has no texture seams")
-    TC, FTC = _unwrap_bare_faces(mesh, charts, method) if mesh.bare.any() else (mesh.TC, mesh.FTC)
-    return texture_seams(mesh.F, FTC, mesh.V, TC, sides=True)
-
-
-def _unwrap_bare_faces(mesh: MeshFile, charts: ChartOptions | None, method: Any) -> tuple[FloatArray, Faces]:
-    """Return the texture coordinates of a mesh; faces without them get an automatic atlas."""
-    assert mesh.TC is not None and mesh.texture is not None
-    corners, sizes = mesh.polygons.corners_of(np.flatnonzero(mesh.bare)), mesh.polygons.sizes[mesh.bare]
-    bare = Polygons(mesh.polygons.corners[corners], sizes)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the whole mesh is unwrapped later, with the same warnings
-        atlas = unwrap(mesh.V, bare.shaped, charts=charts, method=method, progress=False)
-    texture = mesh.texture.copy()
-    texture[corners] = len(mesh.TC) + bare.texture_of(atlas.FTC).corners
-    beside = np.ceil(mesh.TC.max(axis=0)) + 1  # UDIM tiles without old texture coordinates
-    return np.concatenate((mesh.TC, atlas.TC + beside)), mesh.polygons.shape(texture)
-
-
 def _read_cones(cones: Any, angles: Any, period: float | None) -> Cones | None:
     """Return the cones, whose vertices, and angles in degrees, may be read from files."""
     if cones is None:
@@ -194,10 +161,10 @@ def _read_cones(cones: Any, angles: Any, period: float | None) -> Cones | None:
             raise ValueError("--cone-angles and --period need cones: give --cones, too")
         return None
     if isinstance(cones, Path):
-        cones = _read_rows(cones, np.int64, "integers: write one vertex on each line").ravel()
+        cones = read_rows(cones, np.int64, "integers: write one vertex on each line").ravel()
     if isinstance(angles, Path):
         lines = "numbers: write one angle in degrees on each line"
-        angles = np.deg2rad(_read_rows(angles, np.float64, lines).ravel())
+        angles = np.deg2rad(read_rows(angles, np.float64, lines).ravel())
     return Cones(cones, angles=angles, period=period)
 
 
@@ -210,16 +177,3 @@ def _material_labels(mesh: MeshFile, cones: Cones | None) -> Any:
             "--keep-materials adds cuts, and --cones chooses its own seams: leave out one of them"
         )
     return mesh.extras.materials[1]
-
-
-def _read_rows(path: Path, kind: type, what: str) -> Any:
-    """Read the rows of a text file; an empty file gives shape (0, 2)."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # NumPy warns about an empty file
-        try:
-            table: Any = np.loadtxt(path, dtype=kind, ndmin=2, encoding="utf-8-sig")
-        except FileNotFoundError:
-            raise MeshError(f"there is no file {path}: name a table of {what}") from None
-        except ValueError:
-            raise MeshError(f"{path} is not a table of {what}") from None
-    return table if table.size else table.reshape(0, 2)

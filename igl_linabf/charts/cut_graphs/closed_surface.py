@@ -14,8 +14,6 @@ from .constants import MAX_BOND_WEIGHT, MIN_BOND_WEIGHT
 from .graph import SurfaceGraph
 from .laplacians import SurfaceLaplacian
 
-FLAT_HOLE_TURN = 1e-3  # maximum deviation, radians, of the turning of the boundary of a flat hole from -2 pi
-
 
 @dataclass(frozen=True, eq=False)
 class ClosedSurface:
@@ -82,24 +80,14 @@ class ClosedSurface:
         vertex[node] = np.arange(len(V))
         cotangent = topology.sum_at_edges(dot / double_area)[inside] / 2
         weight = np.clip(cotangent, MIN_BOND_WEIGHT, MAX_BOND_WEIGHT)
-        curvature = 2 * np.pi - np.bincount(node, component.angle_sums, n)
-        # by Gauss-Bonnet, the boundary of a hole in a plane turns by -2 pi
-        turn = np.array([np.pi * (len(loop) - 2) for loop in topology.loops]) + curvature[:holes]
-        flat = np.abs(turn + 2 * np.pi) < FLAT_HOLE_TURN
-        # a seam through a flat hole is as long as if the hole was filled
-        radius = np.zeros(n)
-        for i in np.flatnonzero(flat).tolist():
-            rim = V[topology.loops[i]]
-            radius[i] = np.linalg.norm(rim - np.roll(rim, 1, axis=0), axis=1).sum() / (2 * np.pi)
-        price = creased.price[taken] + radius[node[edges]].sum(axis=1)
-        faces = int(cell.max()) + 1
+        price, faces = creased.price[taken], int(cell.max()) + 1
         return cls(
             SurfaceGraph(n, holes, topology.genus, faces, node[edges], beside, price, V[vertex]),
             node=node,
             edges=edges,
             hiding=creased.hiding[taken],
-            flat_holes=np.flatnonzero(flat),
-            curvature=np.asarray(curvature),
+            flat_holes=creased.flat_holes,
+            curvature=np.asarray(2 * np.pi - np.bincount(node, component.angle_sums, n)),
             area=sum_by_index(node[topology.corner].ravel(), np.tile(double_area / 6, 3), n),
             laplacian=SurfaceLaplacian(n, node[topology.edges_inside], cotangent, weight),
             size=float(np.sqrt(double_area.sum() / 2)),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -162,8 +162,7 @@ def join_terminals(
 ) -> IntArray:
     """Join the holes, the nodes `others` and the seam by a tree of shortest paths.
 
-    The tree is a minimum spanning tree of the distances between them. The holes `whole` are not joined, and
-    paths pass through them only if there is no other way.
+    The tree is a minimum spanning tree of the distances between them. The holes `whole` are not joined.
     """
     passed = np.zeros(graph.n, dtype=bool)
     passed[graph.ends[seam]] = True
@@ -171,10 +170,8 @@ def join_terminals(
     passed[: graph.n_holes] = True
     if others is not None:
         passed[others] = True
-    if whole is not None and len(whole):
+    if whole is not None:
         passed[whole] = False
-        through = np.isin(graph.ends, whole).any(axis=1)
-        graph = replace(graph, length=graph.length + through * graph.length.sum())
     terminals = np.flatnonzero(passed)
     if len(terminals) == 0:
         return seam

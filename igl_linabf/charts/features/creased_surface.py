@@ -9,12 +9,13 @@ import numpy as np
 
 from ..._core import lengths, nearest_sources, normals, shortest_edges
 from ..._types import BoolArray, FloatArray, IntArray
-from ...surface import NEXT, PREV, Submesh, connected_labels, sum_by_index
+from ...surface import NEXT, PREV, Ragged, Submesh, connected_labels, sum_by_index
 from ..cost import CREASE_ANGLE, SHARP_CREASE_ANGLE, edge_prices
 from . import constants
 from .curvature import component_extents, dihedral_angles, find_apexes, flat_shares
 from .visibility import hiding_factors
 
+FLAT_HOLE_TURN = 1e-3  # maximum deviation, radians, of the turning of a flat hole's boundary from -2 pi
 PLANE_BEND = 1e-3  # maximum dihedral angle, radians, between coplanar faces
 MIN_CHART_HEIGHT = 1e-12  # minimum height of a face, over its longest side, that double precision can map
 MIN_DISK_CURVATURE = 0.02  # disks with a smaller sum of squared curvatures, in full turns, get no panels
@@ -118,8 +119,30 @@ class CreasedSurface:
 
     @cached_property
     def visible_length(self) -> FloatArray:
-        """The length of each inner edge times its visibility factor, which is below 1 if a seam is hidden."""
-        return np.asarray(self.length * self.hiding)
+        """The length of each inner edge times its visibility factor, which is below 1 if a seam is hidden.
+
+        A seam into a flat hole gains nothing. Its price includes the extent of the component. Therefore seams
+        pass beside the hole.
+        """
+        length = self.length
+        if len(self.flat_holes):
+            at_hole = np.zeros(len(self.surface.V), dtype=bool)
+            at_hole[np.concatenate([self.surface.topology.loops[i] for i in self.flat_holes.tolist()])] = True
+            length = length + at_hole[self.ends].sum(axis=1) * self.edge_extent
+        return np.asarray(length * self.hiding)
+
+    @cached_property
+    def flat_holes(self) -> IntArray:
+        """The boundary loops of holes that would be flat if they were filled, as indices of `topology.loops`.
+
+        By Gauss-Bonnet, the boundary of a hole in a developable surface turns by -2 pi.
+        """
+        loops = self.surface.topology.loops
+        if not loops:
+            return np.zeros(0, dtype=np.int64)
+        turning = np.pi - self.surface.angle_sums[np.concatenate(loops)]
+        turns = Ragged.of_sizes(list(map(len, loops))).sum(turning)
+        return np.flatnonzero(np.abs(turns + 2 * np.pi) < FLAT_HOLE_TURN)
 
     @cached_property
     def hiding(self) -> FloatArray:

@@ -25,6 +25,7 @@ from .layout_search import Charts, Layout, find_fixed_layout, find_largest_layou
 from .outlines import outlines, rectangles
 from .spacing import Packing, Spacing, page_size, resolve_packing
 
+HALF_FULL = 0.5  # default of `Packing.cut_below` without a resolution
 FIRST_UDIM_TILE = 1001
 UDIM_ROW = 10  # pages side by side: UDIM tile 1001 + k is in column k % 10
 SINGLE_CHART_TURNS = 1_000  # rotations within 90 degrees that are tried for the smallest page of one chart
@@ -125,6 +126,8 @@ class PackingRequest:
         Do not turn charts.
     unseen : float
         Scale of charts that are invisible from outside.
+    cut_below : float
+        Fill of a page below which charts are cut further.
     """
 
     spacing: Spacing
@@ -135,11 +138,14 @@ class PackingRequest:
     unit: float = 1.0
     fixed: bool = False
     unseen: float = 1.0
+    cut_below: float = 0.0
 
     @classmethod
     def of_maps(cls, packing: Packing | None) -> PackingRequest:
-        """Return the request for maps without a surface, which cannot use `Packing.unseen`."""
+        """Return the request for maps without a surface, which can use neither `unseen` nor `cut_below`."""
         request = cls.of(packing)
+        if packing is not None and packing.cut_below is not None:
+            raise ValueError("cut_below is for unwrap, which can cut charts: leave it out")
         if request.unseen != 1:
             raise ValueError(
                 "unseen is for unwrap and pack, which have the surface: leave it out, small charts stay small"
@@ -155,7 +161,8 @@ class PackingRequest:
             side, pages = None, 1 if pages is None else pages
         else:
             side = size[0] / packing.texel_density
-        return cls(Spacing.of(packing), side, pages, size, unseen=packing.unseen)
+        below = (HALF_FULL if size is None else 1.0) if packing.cut_below is None else packing.cut_below
+        return cls(Spacing.of(packing), side, pages, size, unseen=packing.unseen, cut_below=below)
 
     def scaled(self, power: int) -> PackingRequest:
         """Return the request for charts that have been scaled by this power of two."""

@@ -95,9 +95,7 @@ class Packing:
     resolution : int or (int, int), optional
         Texels along a page's side, or its width and height. Texture coordinates are relative to both, so a
         page that is not square is the unit square in texture coordinates, too. With a resolution, distances
-        are given by `padding` instead of `margin`, and `unwrap` cuts charts with many limbs further if a
-        fuller page is worth the seam (see `ChartOptions.trade`). Without one, it does so only for a page that
-        is less than half full.
+        are given by `padding` instead of `margin`.
     padding : float
         Texels between two charts, in u or in v, and half as many at the border. With 2 or more, no two
         charts share a texel of a bilinear lookup. Needs `resolution`.
@@ -112,6 +110,10 @@ class Packing:
         Distance between charts, and to the border, as a share of the unit square's side, if there is no
         `resolution`. If there are too many charts for the margin, `unwrap` reduces it with a warning. The
         default is 0.005 for up to 100 charts, and 0.05 / sqrt(#charts) for more.
+    cut_below : float, optional
+        If charts would fill less than this share of the page, `unwrap` cuts charts with many limbs further
+        where a fuller page is worth the seam (see `ChartOptions.trade`). The default is 0.5, and 1 with a
+        `resolution`; 0 never cuts for a fuller page.
     unseen : float
         Texel density of charts that are invisible from outside, such as cavities, relative to all other
         charts: above 0, up to 1. Available in `unwrap` without cones, and in `pack`. Visibility is tested
@@ -136,6 +138,7 @@ class Packing:
     texel_density: float | None = None
     pages: int | None = None
     margin: float | None = None
+    cut_below: float | None = None
     unseen: float = 1.0
 
     def __post_init__(self) -> None:
@@ -160,6 +163,10 @@ class Packing:
             most = MAX_GAP * least
             if not is_number(padding, 0, most):
                 raise ValueError(f"padding is {padding!r} texels of {least} along a page: give 0 to {most:g}")
+        if self.cut_below is not None and not is_number(self.cut_below, 0, 1):
+            raise ValueError(
+                f"cut_below is {self.cut_below!r}: give the share of a page that is full enough, from 0 to 1"
+            )
         if not is_number(self.unseen, 0, 1, above=True):
             raise ValueError(
                 f"unseen is {self.unseen!r}: give a share of the texel density, above 0, up to 1"

@@ -27,7 +27,8 @@ from ..features import TIP_CURVATURE, CreasedSurface
 from . import constants
 from .unfolding import compute_overlap_depths, find_joints, find_upright_turns, unfold
 
-PANEL_ANGLE = np.deg2rad(5.0)  # minimum dihedral angle of an edge that separates panels
+# Minimum dihedral angle of an edge that separates panels; regular prisms have other angles.
+PANEL_ANGLE = np.deg2rad(4.9)
 MAX_CREASE_GAP = 1e-5  # maximum gap between two panels joined at a crease, relative to the component's extent
 # Maximum depth of overlaps relative to the extent, due to the rounding of single-precision coordinates.
 MAX_OVERLAP_DEPTH = 2e-6

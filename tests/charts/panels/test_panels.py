@@ -8,7 +8,7 @@ import igl
 import numpy as np
 import pytest
 from conftest import load
-from hard_surfaces import DEVELOPABLE, ROUNDED, box, plate_with_holes, rock, rounded_box
+from hard_surfaces import DEVELOPABLE, ROUNDED, box, pipe, plate_with_holes, rock, rounded_box
 from nasty_meshes import concatenate_surfaces
 
 from igl_linabf import Atlas, ChartOptions, MeshError, OutcomeWarning, cut, find_seams, unwrap
@@ -49,6 +49,20 @@ def test_a_box_opens_on_the_side_that_hides_its_seams(shape: tuple[float, float,
         assert (
             shown < 1e-9 or np.ptp(V @ axis) > 1.5 * np.ptp(V, axis=0).min()
         )  # only a long box has visible seams, along its long sides
+
+
+@pytest.mark.parametrize("charts", [None, ChartOptions(trade=30), ChartOptions(keep_holes=True)])
+@pytest.mark.parametrize("holes", [[], [(0, 2, 0.4)], [(0, 1, 0.4), (1, 3, 0.5), (-2, 2, 0.6)]])
+def test_the_seam_of_a_pipe_is_straight_and_passes_beside_its_holes(
+    holes: list[tuple[float, float, float]], charts: ChartOptions | None
+) -> None:
+    V, F = pipe(holes)
+    atlas = unwrap(V, F, charts=charts)
+    assert len(atlas.charts) == 1 and atlas.quality.stretch_l2 < 1 + 1e-6
+    assert np.ptp(V[atlas.seams][:, :, :2], axis=(0, 1)).max() < 1e-9
+    assert np.isclose(atlas.seam_length, 4)
+    of_holes = [loop for loop in igl.boundary_loop_all(F) if np.ptp(V[loop, 2]) > 0]
+    assert len(of_holes) == len(holes) and not np.isin(atlas.seams, np.concatenate([[], *of_holes])).any()
 
 
 def test_planes_and_cylinders_of_a_machine_part_are_flattened_isometrically() -> None:
