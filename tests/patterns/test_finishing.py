@@ -9,6 +9,7 @@ import igl
 import numpy as np
 import pytest
 import shapely
+from hard_surfaces import pipe
 from test_layout import TURNED, band, box, plate
 from test_patterns import read_svg
 
@@ -335,6 +336,27 @@ def test_wrong_options_are_refused_with_a_remedy(tmp_path: Path, name: str) -> N
     with pytest.raises(ValueError, match=message):
         draw(tmp_path / "p.svg", box(60, 40, 80), **options)
     assert not list(tmp_path.iterdir())
+
+
+def test_the_command_cuts_along_given_seams_and_for_no_page(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    V, F = pipe([(0, 2, 0.6), (2, 1, 0.3)], 32, 21)
+    igl.write_triangle_mesh(str(tmp_path / "pipe.obj"), V, F)
+    drawing = ["pattern", str(tmp_path / "pipe.obj"), "-o", str(tmp_path / "pipe.svg"), "--json", "--force"]
+
+    def draw_pipe(*options: str) -> list[tuple[list[int], float]]:
+        assert main([*drawing, *options]) == 0
+        seams = json.loads(capsys.readouterr().out)["pattern"]["seams"]
+        return [(seam["pieces"], round(seam["length"], 6)) for seam in seams]
+
+    assert draw_pipe() == [([0, 0], 4)]
+    ring = np.flatnonzero(np.isclose(V[:, 2], 3.2))
+    beside = [pair for pair in igl.edges(F).tolist() if set(pair) <= set(ring.tolist())]
+    (tmp_path / "pairs.txt").write_text("\n".join(f"{a} {b}" for a, b in beside))
+    parts = draw_pipe("--seams", str(tmp_path / "pairs.txt"), "--extend-seams")
+    assert [pieces for pieces, length in parts if length > 2] == [[0, 1]]
+    assert sorted(length for pieces, length in parts if pieces in ([0, 0], [1, 1])) == [0.8, 3.2]
 
 
 def test_the_command_has_the_options(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
