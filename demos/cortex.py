@@ -14,23 +14,24 @@ less than the map of FreeSurfer.
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from pathlib import Path
 
 import igl
 import numpy as np
 from compare_lscm import show
-from nilearn.datasets import fetch_surf_fsaverage
-from nilearn.surface import load_surf_mesh
+
+from igl_linabf import read_mesh
+
+# only the files of the package are read, because its import needs further packages
+FSAVERAGE = Path(find_spec("nilearn").origin).parent / "datasets" / "data" / "fsaverage5"
 
 
 def cortex() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the surface (#V, 3), its faces (#F, 3) and the flat map of FreeSurfer (#V, 2), in mm."""
-    fsaverage = fetch_surf_fsaverage("fsaverage5")
-    flat, pial = (load_surf_mesh(fsaverage[key]) for key in ("flat_left", "pial_left"))
-    V, F, _, used = igl.remove_unreferenced(
-        np.asarray(pial.coordinates, dtype=np.float64), np.asarray(flat.faces, dtype=np.int64)
-    )
-    return V, F, np.asarray(flat.coordinates, dtype=np.float64)[used, :2]
+    (flat, F), (pial, _) = (read_mesh(FSAVERAGE / f"{name}_left.gii.gz") for name in ("flat", "pial"))
+    V, F, _, used = igl.remove_unreferenced(pial, F)
+    return V, F, flat[used, :2]
 
 
 if __name__ == "__main__":

@@ -110,7 +110,7 @@ def test_the_demo_needs_neither_browsers_nor_cholmod(bootstrap, tmp_path, capsys
     bootstrap.main("--demo")
     assert "building the core" in capsys.readouterr().err
     calls = read_calls(tmp_path / ".venv" / "bin")
-    assert [call for call in calls if "[demos]" in call]
+    assert [call for call in calls if "[viz]" in call]
     assert not [call for call in calls if "[test]" in call or "cholmod" in call]
     assert bootstrap.DEMO.exists() and not bootstrap.READY.exists()
     bootstrap.main()  # the tests need more
