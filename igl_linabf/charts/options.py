@@ -33,7 +33,8 @@ class ChartOptions:
         As in `find_seams`: a direction (`[0, -1, 0]` is the back if the front looks to +y), a weight for each
         face, or "back" for the back of a head or figure. The search for seams prefers faces on that side.
     keep_holes : bool
-        Leave holes uncut, unless `seams=` cuts them. Holes of planes are never cut.
+        Leave holes uncut, unless `seams=` cuts them or the map would overlap itself. Holes of planes are
+        never cut.
     extend : bool
         Add the seams that are missing in `seams=`, to open handles and closed pieces and to reduce stretch.
     max_stretch : float, optional

@@ -69,6 +69,7 @@ elif TYPE_CHECKING:
 MAX_MARGIN_SHARE = 0.64  # maximum share of a page that the margins around charts may cover
 SEARCHED_OVER_TRIAL = 0.88  # minimum ratio of the page size after a full search to that of a quick trial
 MAX_SPARSE_FILL = 0.57  # maximum fill of a page of many charts whose largest charts are cut
+MIN_FILL_GAIN = 1.25  # minimum ratio of the fills of a page after and before cuts, if `cut_below` is below 1
 
 
 @takes_vertices_and_faces
@@ -353,6 +354,8 @@ def _pack_fully(
     )
     # page size that makes the uncut charts as costly as the cut charts
     worth = 1 / measure_fill(fuller) + (dearer - cheaper) / size / rules.trade
+    if request.cut_below < 1:
+        worth = max(worth, MIN_FILL_GAIN / measure_fill(fuller))
     if placed is None and SEARCHED_OVER_TRIAL * whole <= worth:
         placed = _place_charts(done, request)
     if placed is None or 1 / measure_fill(placed) > worth:

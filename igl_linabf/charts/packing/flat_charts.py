@@ -203,8 +203,8 @@ class AtomGroups:
     def outlines(self, beyond: BoolArray) -> list[list[Outline]]:
         """Return the outlines of the parts for each of several cuts.
 
-        `beyond`, (#cuts, #G), is a mask of the groups on one side of each cut. If a part has no area in the
-        map, the list of its cut is empty, as in `make_whole_outlines`.
+        `beyond`, (#cuts, #G), is a mask of the groups on one side of each cut. If a part is a single
+        triangle, or has no area in the map, the list of its cut is empty.
         """
         n, cuts = len(self.centre), len(beyond)
         cut = beyond[:, self.sides[0]] != beyond[:, self.sides[1]]
@@ -219,9 +219,10 @@ class AtomGroups:
         at_rim = self.label[atom] + n * np.arange(cuts)[:, None]
         of = part[np.concatenate((at_rim.ravel(), *(self.sides[:, edge] + n * by)))]
         order = np.argsort(of, kind="stable")
-        own, mapped = np.stack([np.bincount(part, np.tile(area, cuts)) for area in self.areas])
+        totals = *self.areas, np.bincount(self.label[self.chart.atom])
+        own, mapped, faces = np.stack([np.bincount(part, np.tile(total, cuts)) for total in totals])
         sides = Ragged.of_sizes(np.bincount(of, minlength=len(own)))
-        made = _make_outlines(self.chart.z[around[order].T], sides, own, mapped)
+        made = _make_outlines(self.chart.z[around[order].T], sides, own, np.where(faces > 1, mapped, 0))
         begin = [*part[::n].tolist(), len(made)]  # the parts of each cut have consecutive numbers
         return [_require_all(made[i:j]) for i, j in pairwise(begin)]
 

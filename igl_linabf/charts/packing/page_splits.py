@@ -70,8 +70,8 @@ def cut_for_fill(
 
     Two cuts may pay where a single cut does not. Therefore the search continues for one more cut after a cut
     that does not pay. If there are many charts, only the largest charts are considered, because small charts
-    fit into gaps. A chart is not cut if the stretch of a part would exceed `most_stretch`. The size is
-    infinite if no cut is tried.
+    fit into gaps. The search ends when the page is as full as requested. A chart is not cut if the stretch of
+    a part would exceed `most_stretch`. The size is infinite if no cut is tried.
     """
     if trade == 0:
         return done, np.inf
@@ -87,6 +87,8 @@ def cut_for_fill(
     tried = page.draw_charts(outlines)
     state = best = _CutState(charts, tried, page.size(tried), 0.0)
     for _ in range(MAX_PAGE_CUTS):
+        if best.size * request.cut_below <= 1:
+            break
         after = _find_best_cut(state, page, trade, best.worth, last=state is not best)
         if after is None:
             break

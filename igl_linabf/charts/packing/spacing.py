@@ -112,8 +112,9 @@ class Packing:
         default is 0.005 for up to 100 charts, and 0.05 / sqrt(#charts) for more.
     cut_below : float, optional
         If charts would fill less than this share of the page, `unwrap` cuts charts with many limbs further
-        where a fuller page is worth the seam (see `ChartOptions.trade`). The default is 0.5, and 1 with a
-        `resolution`; 0 never cuts for a fuller page.
+        until they fill it, where a fuller page is worth the seam (see `ChartOptions.trade`). Below 1, the
+        cuts have to make the page a quarter fuller. The default is 0.5, and 1 with a `resolution`; 0 never
+        cuts for a fuller page.
     unseen : float
         Texel density of charts that are invisible from outside, such as cavities, relative to all other
         charts: above 0, up to 1. Available in `unwrap` without cones, and in `pack`. Visibility is tested

@@ -56,6 +56,8 @@ class TrialPage:
 
     def draw_charts(self, outlines: Sequence[Outline]) -> list[TrialChart]:
         """Rasterise outlines, which are rotated to their narrowest rectangles, in several rotations."""
+        if not outlines:
+            return []
         sides = Ragged.of_sizes([len(outline.start) for outline in outlines])
         sizes = coordinates(rectangles(np.concatenate([outline.start for outline in outlines]), sides)[1])
         areas = np.array([outline.area for outline in outlines])

@@ -336,8 +336,8 @@ def test_limbs_are_cut_where_a_fuller_page_is_worth_the_seam(others: int) -> Non
 @pytest.mark.parametrize("name", ["bar", "low prism", "L", "table"])
 def test_planes_are_not_cut_for_a_fuller_page(name: str) -> None:
     V, F = (DEVELOPABLE | MACHINED)[name]()
-    whole = unwrap(V, F, method="isometric")
-    cut = unwrap(V, F, method="isometric", packing=Packing(resolution=1024, padding=4))
+    whole = unwrap(V, F, find_seams(V, F))
+    cut = unwrap(V, F, packing=Packing(resolution=1024, padding=4))
     assert cut.fill > whole.fill and len(cut.charts) > len(whole.charts)
     creased = CreasedSurface(Submesh.checked(V, F))
     across = creased.in_one_plane[find_seam_prices(creased, cut.FTC)[0]]
@@ -351,6 +351,34 @@ def test_a_needle_of_any_length_takes_no_more_memory(packing: Packing | None) ->
     )
     atlas = unwrap(V, np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6]]), packing=packing)
     assert atlas.good and len(atlas.charts) == 2
+
+
+@pytest.mark.parametrize("name", ["bevelled disk", "disk with a rim", "robot", "bracket"])
+def test_without_a_resolution_charts_are_cut_until_the_page_is_half_full(name: str) -> None:
+    V, F = (DEVELOPABLE | MACHINED)[name]()
+    whole, cut, fuller = (
+        unwrap(V, F, find_seams(V, F)),
+        unwrap(V, F),
+        unwrap(V, F, packing=Packing(resolution=1024, padding=4)),
+    )
+    assert 1.25 * whole.fill <= cut.fill
+    assert whole.fill < 0.5 < cut.fill
+    assert len(whole.charts) < len(cut.charts) <= len(fuller.charts)
+
+
+@pytest.mark.parametrize("name", ["plank", "plate", "L", "tall L"])
+def test_nets_are_not_cut_for_a_page_that_gets_little_fuller(name: str) -> None:
+    V, F = (DEVELOPABLE | MACHINED)[name]()
+    atlas = unwrap(V, F)
+    assert atlas.fill < 0.5
+    assert len(atlas.charts) == 1
+
+
+@pytest.mark.parametrize("packing", [None, Packing(resolution=1024)])
+def test_no_part_is_a_single_triangle(packing: Packing | None) -> None:
+    for ball in (igl.icosahedron(), igl.upsample(*igl.icosahedron(), 1)):
+        atlas = unwrap(*ball, packing=packing)
+        assert min(len(chart.faces) for chart in atlas.charts) > 1
 
 
 def test_trial_parts_equal_packed_parts() -> None:
