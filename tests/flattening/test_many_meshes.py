@@ -223,7 +223,7 @@ def test_charts_of_many_pieces_equal_those_of_single_pieces() -> None:
         [leaf(rng) for _ in range(60)] + [box(rng) for _ in range(30)] + [body(rng, k % 4) for k in range(12)]
     )
     V, F = place_side_by_side(bodies)
-    atlas = il.unwrap(V, F)
+    atlas = il.unwrap(V, F, method="linabf")
     assert atlas.good and np.sort(np.concatenate([chart.faces for chart in atlas.charts])).tolist() == list(
         range(len(F))
     )

@@ -13,7 +13,7 @@ from hard_surfaces import pipe
 from test_layout import TURNED, band, box, plate
 from test_patterns import read_svg
 
-from igl_linabf import MeshWarning, unwrap
+from igl_linabf import MeshWarning, Packing, unwrap
 from igl_linabf.cli import main
 from igl_linabf.patterns import Pattern, PatternOptions, build_pattern, write_pattern
 from igl_linabf.patterns.folds import join_segments
@@ -37,8 +37,10 @@ def star(tips: int = 5, height: float = 40.0) -> Mesh:
 
 
 def draw(path: Path, mesh: Mesh, seams: object = None, **options: object) -> Pattern:
+    """Unwrap a mesh without cuts for a fuller page, and write its pattern."""
     V, F = mesh
-    return write_pattern(path, V, F, unwrap(V, F, seams, method="isometric", progress=False), **options)
+    roomy = Packing(resolution=4096, texel_density=1)
+    return write_pattern(path, V, F, unwrap(V, F, seams, packing=roomy, progress=False), **options)
 
 
 def build_regions(lines: tuple[np.ndarray, ...]) -> list[shapely.Polygon]:

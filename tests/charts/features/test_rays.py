@@ -6,7 +6,7 @@ import igl
 import numpy as np
 import pytest
 
-from igl_linabf import Cones, Packing, unwrap
+from igl_linabf import Cones, Packing, find_seams, unwrap
 from igl_linabf.charts import pack_together
 from igl_linabf.charts.features import find_unseen_charts
 from igl_linabf.uv import pack
@@ -67,7 +67,7 @@ def test_a_chart_that_fits_at_its_share_is_not_cut() -> None:
 
 def test_the_quality_ignores_scales_of_charts() -> None:
     V, F = together(sphere(1.0), sphere(0.6, inward=True))
-    even, smaller = (unwrap(V, F, packing=Packing(unseen=share)) for share in (1, 0.25))
+    even, smaller = (unwrap(V, F, find_seams(V, F), packing=Packing(unseen=share)) for share in (1, 0.25))
     assert [chart.scale for chart in smaller.charts] == [1.0, 0.25]
     for figure in ("stretch_l2", "texel_spread", "angle_distortion"):
         assert np.isclose(getattr(smaller.quality, figure), getattr(even.quality, figure), rtol=1e-6), figure
@@ -77,9 +77,10 @@ def test_the_quality_ignores_scales_of_charts() -> None:
 @pytest.mark.parametrize(("scale", "share"), [("even", 0.25), ("keep", 0.125)])
 def test_maps_are_packed_with_less_for_cavities(scale: str, share: float) -> None:
     V, F = together(sphere(1.0), sphere(0.4, inward=True))
+    seams = find_seams(V, F) + 1
     V, F = np.concatenate(([[np.nan] * 3], V)), F + 1  # unused vertices are ignored
     n = len(F) // 2
-    atlas = unwrap(V, F, packing=Packing(unseen=0.5))
+    atlas = unwrap(V, F, seams, packing=Packing(unseen=0.5))
     packed = pack(V, F, atlas.TC, atlas.FTC, Packing(resolution=256, unseen=0.25), scale=scale)
     assert packed.unseen.tolist() == [False, True]
     texels = igl.doublearea(packed.TC, packed.FTC) / igl.doublearea(V, F)

@@ -11,7 +11,7 @@ from conftest import load
 from hard_surfaces import DEVELOPABLE, ROUNDED, box, pipe, plate_with_holes, rock, rounded_box
 from nasty_meshes import concatenate_surfaces
 
-from igl_linabf import Atlas, ChartOptions, MeshError, OutcomeWarning, cut, find_seams, unwrap
+from igl_linabf import Atlas, ChartOptions, MeshError, OutcomeWarning, Packing, cut, find_seams, unwrap
 from igl_linabf.charts.seams import SeamSearch
 
 
@@ -38,7 +38,7 @@ def test_a_box_opens_on_the_side_that_hides_its_seams(shape: tuple[float, float,
     edges, _, sides = igl.edge_flaps(F)[:3]
     across = igl.per_face_normals(V, F, np.zeros(3))[sides]
     for axis in (*np.eye(3), *-np.eye(3)):
-        atlas = unwrap(V, F, charts=ChartOptions(hide=axis))
+        atlas = unwrap(V, F, find_seams(V, F, hide=axis), charts=ChartOptions(hide=axis))
         on_seam = is_seam(edges, atlas)
         around = (across @ axis).min(axis=1) < -0.5, (across @ axis).max(axis=1) > 0.5
         shown, hidden = (
@@ -62,15 +62,19 @@ def test_the_seam_of_a_pipe_is_straight_and_passes_beside_its_holes(
     assert np.ptp(V[atlas.seams][:, :, :2], axis=(0, 1)).max() < 1e-9
     assert np.isclose(atlas.seam_length, 4)
     of_holes = [loop for loop in igl.boundary_loop_all(F) if np.ptp(V[loop, 2]) > 0]
-    assert len(of_holes) == len(holes) and not np.isin(atlas.seams, np.concatenate([[], *of_holes])).any()
+    assert len(of_holes) == len(holes)
+    assert not np.isin(atlas.seams, np.concatenate([[], *of_holes])).any()
 
 
-def test_planes_and_cylinders_of_a_machine_part_are_flattened_isometrically() -> None:
+@pytest.mark.parametrize(("method", "conformal"), [("linabf", 1.005), ("isometric", 1.02)])
+def test_planes_and_cylinders_of_a_machine_part_are_flattened_isometrically(
+    method: str, conformal: float
+) -> None:
     V, F = load("closed__igl_fandisk.off")
-    atlas = unwrap(V, F)
+    atlas = unwrap(V, F, method=method)
     assert atlas.good
     assert atlas.quality.stretch_l2 < 1.005
-    assert atlas.quality.conformal_distortion < 1.005
+    assert atlas.quality.conformal_distortion < conformal
 
 
 @pytest.mark.parametrize("height", [0.01, 2, 40])
@@ -119,8 +123,12 @@ def test_an_open_plate_among_other_pieces_is_cut_to_its_net() -> None:
 @pytest.mark.parametrize("name", ["cuboid", "pencil", "cylinder", "plate with holes", "rounded box"])
 def test_find_seams_returns_the_seams_along_which_unwrap_cuts(name: str) -> None:
     V, F = (DEVELOPABLE | ROUNDED)[name]()
-    found = {tuple(edge) for edge in np.sort(find_seams(V, F), axis=1).tolist()}
-    assert found == {tuple(edge) for edge in np.sort(unwrap(V, F).seams, axis=1).tolist()}
+    seams = find_seams(V, F)
+    found, made = ({tuple(edge) for edge in np.sort(e, axis=1).tolist()} for e in (seams, unwrap(V, F).seams))
+    if unwrap(V, F, seams).fill > 0.5:
+        assert made == found
+    else:
+        assert made >= found  # charts may be cut further for a fuller page
 
 
 @pytest.mark.parametrize("keep_holes", [False, True])
@@ -203,7 +211,9 @@ def test_a_rounded_box_becomes_the_net_of_the_box_in_any_position() -> None:
 
 def test_a_small_trade_cuts_a_body_with_fillets_as_a_smooth_one() -> None:
     V, F = ROUNDED["rounded plate, finer"]()
-    many, few = unwrap(V, F), unwrap(V, F, charts=ChartOptions(trade=0.05))
+    # no chart is cut for this page
+    options = {"method": "linabf", "packing": Packing(resolution=2048, texel_density=1)}
+    many, few = (unwrap(V, F, charts=ChartOptions(trade=trade), **options) for trade in (6, 0.05))
     assert few.good
     assert few.seam_length < many.seam_length / 2
     assert len(few.charts) == 1

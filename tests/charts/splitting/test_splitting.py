@@ -32,7 +32,7 @@ def test_overlapping_charts_are_split_along_short_seams() -> None:
 
 def test_bijective_keeps_one_chart_and_reports_the_cost() -> None:
     V, F = spiral()
-    atlas = unwrap(V, F, charts=ChartOptions(repair_overlaps=True))
+    atlas = unwrap(V, F, np.zeros((0, 2), dtype=int), charts=ChartOptions(repair_overlaps=True))
     (chart,) = atlas.charts
     assert chart.overlapping == 0
     assert chart.distortion_increase > 0
@@ -84,12 +84,17 @@ def test_charts_that_still_overlap_after_all_rounds_are_halved(monkeypatch) -> N
     assert len(overlaps(atlas.TC, atlas.FTC)) == 0
 
 
-@pytest.mark.parametrize("name", ["limb", "closed__igl_cow.off", "holes__igl_beetle.off"])
-def test_small_charts_are_merged_where_the_union_is_flat(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("name", "method"),
+    [("limb", "isometric"), ("closed__igl_cow.off", "isometric"), ("holes__igl_beetle.off", "linabf")],
+)
+def test_small_charts_are_merged_where_the_union_is_flat(
+    name: str, method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     V, F = load(name)
-    joined = unwrap(V, F, weld=False)
+    joined = unwrap(V, F, method=method, weld=False)
     monkeypatch.setattr("igl_linabf.charts.charting.merge_small_charts", lambda made, *_: made)
-    apart = unwrap(V, F, weld=False)
+    apart = unwrap(V, F, method=method, weld=False)
     assert min(len(chart.faces) for chart in apart.charts) < 10
     assert len(joined.charts) < len(apart.charts)
     assert joined.good
@@ -109,10 +114,10 @@ def test_small_charts_are_merged_where_the_union_is_flat(name: str, monkeypatch:
 @pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")
 def test_small_charts_are_merged_except_across_given_seams() -> None:
     V, F = load("stress__flipfree_deer.obj")
-    mine = find_seams(V, F)
-    begun = unwrap(V, F, mine, charts=ChartOptions(extend=True))
-    apart = unwrap(V, F, mine).seams
-    for kept, atlas in ((mine, begun), (apart, unwrap(V, F, apart, charts=ChartOptions(extend=True)))):
+    options = {"method": "linabf", "charts": ChartOptions(extend=True)}
+    mine = find_seams(V, F, method="linabf")
+    begun, apart = unwrap(V, F, mine, **options), unwrap(V, F, mine, method="linabf").seams
+    for kept, atlas in ((mine, begun), (apart, unwrap(V, F, apart, **options))):
         cut = {tuple(edge) for edge in np.sort(atlas.seams, axis=1).tolist()}
         assert cut >= {tuple(edge) for edge in np.sort(kept, axis=1).tolist()}
 

@@ -96,7 +96,7 @@ def test_the_repaired_orientation_is_consistent_and_the_result_has_the_given_one
 
 def test_a_one_sided_band_is_cut_once_and_unrolls_nearly_isometrically() -> None:
     V, F = band(80, 9, 1)
-    atlas = unwrapped(V, F)
+    atlas = unwrapped(V, F, charts=ChartOptions(trade=0))  # not cut for a fuller page
     assert len(atlas.charts) == 1
     assert atlas.quality.stretch_l2 < 1.01
     torn = next(r for r in atlas.report.repairs if r.kind == "torn")
@@ -137,10 +137,10 @@ def test_separate_sides_of_a_closed_surface_are_welded_on_default() -> None:
     V, F = sphere()
     octant = (V[F].mean(axis=1) > 0) @ [1, 2, 4]
     apart = concatenate_surfaces(*(igl.remove_unreferenced(V, F[octant == k])[:2] for k in range(8)))
-    assert len(unwrapped(*apart).charts) == 1
+    assert len(unwrapped(*apart, charts=ChartOptions(trade=0)).charts) == 1
     assert len(unwrap(*apart, weld=False).charts) == 8
     beside = concatenate_surfaces(*((box(1, 1, 1)[0] + [k, 0, 0], box(1, 1, 1)[1]) for k in range(5)))
-    assert len(unwrap(*beside).charts) == 5
+    assert len(unwrap(*beside, charts=ChartOptions(trade=0)).charts) == 5
 
 
 def test_faces_without_area_leave_no_hole() -> None:
@@ -279,7 +279,8 @@ def flat_with(V: np.ndarray, F: np.ndarray, seams: np.ndarray) -> tuple[np.ndarr
 def test_a_disk_that_would_gain_little_is_not_cut(name: str) -> None:
     V, F = load(name)
     uncut = unwrap(V, F, charts=ChartOptions(trade=0), weld=False)  # the camel was cut open along a path
-    assert unwrap(V, F, weld=False).seam_length == uncut.seam_length
+    roomy = Packing(resolution=2048, texel_density=1)  # not cut for its page
+    assert unwrap(V, F, weld=False, packing=roomy).seam_length == uncut.seam_length
 
 
 def test_the_stretch_of_each_chart_is_bounded_on_request() -> None:
@@ -314,9 +315,9 @@ def test_given_seams_can_be_extended() -> None:
     V, F = load("closed__igl_cow.off")
     begun = find_seams(V, F, trade=0)
     with pytest.warns(OutcomeWarning, match="L2 stretch of .* beyond 10"):
-        short = unwrap(V, F, begun)
+        short = unwrap(V, F, begun, method="linabf")
     assert not short.good
-    whole = unwrap(V, F, begun, charts=ChartOptions(extend=True))
+    whole = unwrap(V, F, begun, charts=ChartOptions(extend=True), method="linabf")
     assert whole.good
     assert whole.quality.stretch_l2 < 1.4
     cut = {tuple(e) for e in np.sort(whole.seams, axis=1).tolist()}
