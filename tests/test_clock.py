@@ -54,6 +54,7 @@ PACKING: dict[str, Any] = {
     "pages": 2,
     "margin": 0.01,
     "unseen": 0.5,
+    "cut_below": 0.4,
 }
 CONES: dict[str, Any] = {"at": 6, "angles": "quarter", "period": 0.125}
 UNWRAP: dict[str, Any] = {"seams": SEAMS, "method": "isometric", "weld": 1e-6, "strict": True}

@@ -102,8 +102,11 @@ def test_an_option_of_another_class_raises_an_error_that_says_where_it_belongs()
             igl_linabf.unwrap(V, F, **{name: value})
         home = eval(str(error.value).partition("=")[2], scope)
         assert getattr(home, name) == value
-    for call, faces in ((igl_linabf.flatten, F[1:]), (igl_linabf.unwrap, F)):
-        with pytest.raises(ValueError, match="LinABF has no option 'wieght': its options are iterations, "):
+    for call, faces, own in (
+        (igl_linabf.flatten, F[1:], "LinABF has no option 'wieght': its options are iterations, "),
+        (igl_linabf.unwrap, F, "Isometric has no option 'wieght': its options are weight, "),
+    ):
+        with pytest.raises(ValueError, match=own):
             call(V, faces, wieght=3)
 
 

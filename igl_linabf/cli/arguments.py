@@ -1,4 +1,4 @@
-"""Describe the options and arguments of commands, and define the options that several commands share.
+"""Describe the options and arguments of commands; define and read the options that several commands share.
 
 A command is a function. Its parameter `weight: Annotated[float, Option("weight of areas", "W")] = 1.5` is the
 option `--weight W`, and the type converts the text. A parameter without a default is an argument. A parameter
@@ -6,6 +6,7 @@ option `--weight W`, and the type converts the text. A parameter without a defau
 """
 
 import argparse
+import warnings
 from argparse import ArgumentError, ArgumentTypeError
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -15,9 +16,15 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
+import numpy as np
 import shtab
 
+from .._types import FloatArray
+from ..charts import ChartOptions, Packing, texture_seams, unwrap
+from ..errors import MeshError
 from ..flattening import METHODS, BoundaryName, Method
+from ..io import MeshFile
+from ..surface import Faces, Polygons
 
 AXES = ("x", "y", "z")
 TYPE_NAMES = {int: "an integer", float: "a number"}
@@ -245,3 +252,50 @@ UNWRAP_PACKING = {
         "FILL",
     ),
 }
+SEAMS = Option(
+    "auto, uv (seams of the file's texture coordinates), or a file of vertex pairs from 0", "SEAMS"
+)
+EXTEND_SEAMS = Option("add the seams that --seams lacks", flags=("--extend-seams",))
+
+
+def read_seams(
+    seams: Literal["auto", "uv"] | Path, mesh: MeshFile, charts: ChartOptions | None, method: Any
+) -> Any:
+    """Return the seam edges from texture coordinates or a file; None for automatic seams."""
+    if seams == "auto":
+        return None
+    if seams != "uv":
+        return read_rows(seams, np.int64, "integers: write two vertices on each line")
+    if mesh.TC is None or mesh.FTC is None:
+        raise MeshError(f"{mesh.path} has no texture coordinates: it has no texture seams")
+    TC, FTC = _unwrap_bare_faces(mesh, charts, method) if mesh.bare.any() else (mesh.TC, mesh.FTC)
+    return texture_seams(mesh.F, FTC, mesh.V, TC, sides=True)
+
+
+def _unwrap_bare_faces(mesh: MeshFile, charts: ChartOptions | None, method: Any) -> tuple[FloatArray, Faces]:
+    """Return the texture coordinates of a mesh; faces without them get an automatic atlas."""
+    assert mesh.TC is not None and mesh.texture is not None
+    corners, sizes = mesh.polygons.corners_of(np.flatnonzero(mesh.bare)), mesh.polygons.sizes[mesh.bare]
+    bare = Polygons(mesh.polygons.corners[corners], sizes)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the whole mesh is unwrapped later, with the same warnings
+        atlas = unwrap(
+            mesh.V, bare.shaped, charts=charts, method=method, packing=Packing(cut_below=0), progress=False
+        )
+    texture = mesh.texture.copy()
+    texture[corners] = len(mesh.TC) + bare.texture_of(atlas.FTC).corners
+    beside = np.ceil(mesh.TC.max(axis=0)) + 1  # UDIM tiles without old texture coordinates
+    return np.concatenate((mesh.TC, atlas.TC + beside)), mesh.polygons.shape(texture)
+
+
+def read_rows(path: Path, kind: type, what: str) -> Any:
+    """Read the rows of a text file; an empty file gives shape (0, 2)."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # NumPy warns about an empty file
+        try:
+            table: Any = np.loadtxt(path, dtype=kind, ndmin=2, encoding="utf-8-sig")
+        except FileNotFoundError:
+            raise MeshError(f"there is no file {path}: name a table of {what}") from None
+        except ValueError:
+            raise MeshError(f"{path} is not a table of {what}") from None
+    return table if table.size else table.reshape(0, 2)

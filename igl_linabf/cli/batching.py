@@ -67,6 +67,7 @@ def run_batch(
     scans/ -o maps/ --max-stretch 1.2 --hide back    # seams at the backs of heads
     scans/ -o maps/ --max-dirichlet 4.1 --max-charts 8    # by a search over trade
     scans/ -o maps/ --resolution 2048 --texel-density 64 --pages 4    # as UDIM tiles
+    scans/ -o maps/ --cut-below 0    # no cuts for a fuller page
     scans/ -o maps/ --resolution 1024 --unseen 0.25    # fewer texels for cavities
     $SUBJECTS_DIR -o flat/ --how cortex --workers 8    # a folder for each subject
     scans/ -o maps/ --retry    # meshes that died before

@@ -19,10 +19,9 @@ from ..patterns import (
     build_pattern,
     writing_pattern,
 )
-from .arguments import CHARTS, MethodName, Option, parse_axis, parse_factors
+from .arguments import CHARTS, EXTEND_SEAMS, SEAMS, MethodName, Option, parse_axis, parse_factors, read_seams
 from .jobs import MESHES, PROGRESS, REPORTS, ExitCode, Job, output_options
 from .outputs import report_troubles, write_outputs
-from .seams import EXTEND_SEAMS, SEAMS, read_seams
 
 OUTPUT = output_options("SVG, DXF (both in millimetres) or PDF", PATTERN_SUFFIXES)
 UNIT = Option(f"unit of length of the mesh (default: that in its file, or {DEFAULT_UNITS})", choices=UNITS)
@@ -86,7 +85,11 @@ def draw_pattern(
     bodice.obj -o bodice.dxf --grain y --up z --crease 60 --trade 20 --method linabf
     box.obj -o box.pdf --units mm --tabs 8    # paper, with glue tabs of 8 mm
     duct.obj -o duct.dxf --units mm --seams pairs.txt    # along the edges of pairs.txt
+    duct.obj -o duct.dxf --units mm --seams pairs.txt --extend-seams    # and along more
     bodice.obj -o bodice.pdf --units cm --hide back    # seams at the back
+    bodice.obj -o bodice.pdf --units cm --max-stretch 1.02 --keep-holes
+    lampshade.obj -o lampshade.pdf --max-dirichlet 4.01 --max-charts 6    # by a search over trade
+    lampshade.obj -o lampshade.pdf --repair-overlaps
     bodice.obj -o bodice.svg --units cm --allowance 1.5 --compensation 1.03,1.05    # cloth that shrinks
     'parts/*.obj' -o sheets/ --format dxf --json > seams.jsonl    # one line per mesh
     'parts/*.obj' -o sheets/ --force    # replaces existing sheets

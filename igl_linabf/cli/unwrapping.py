@@ -13,11 +13,20 @@ from ..charts import ChartOptions, Cones, resolve_method_of_charts, unwrap
 from ..errors import MeshError, OutcomeWarning
 from ..flattening import METHODS
 from ..io import MeshFile, is_flat_format
-from .arguments import CHARTS, UNWRAP_PACKING, Option, Weight, build_method
+from .arguments import (
+    CHARTS,
+    EXTEND_SEAMS,
+    SEAMS,
+    UNWRAP_PACKING,
+    Option,
+    Weight,
+    build_method,
+    read_rows,
+    read_seams,
+)
 from .baking import BAKED_RESOLUTION, BakedPacking, bake_images, check_baking, list_image_kinds
 from .jobs import MESHES, OUTPUT, PICTURE, PROGRESS, REPORTS, ExitCode, Job, check_companion_files
 from .outputs import make_writer, report_troubles, warn_of_bare_parts, write_outputs
-from .seams import EXTEND_SEAMS, SEAMS, read_rows, read_seams
 
 CONES = Option(
     "concentrate the curvature at N vertices, at an automatic number (auto), or at the vertices in a file, "
@@ -94,6 +103,7 @@ def unwrap_mesh(
     part.obj -o part.obj --strict --repair-overlaps
     body.obj -o body.glb --resolution 1024 --padding 4 --bake normals
     city.obj -o city.obj --resolution 2048 --texel-density 64 --pages 4    # as UDIM tiles
+    bunny.obj -o bunny.obj --cut-below 0    # no cuts for a fuller page
     scan.ply -o scan.glb --unseen 0.25    # fewer texels for cavities
     'scans/*.stl' -o maps/ --format glb --json > figures.jsonl    # one line per mesh
     - -o - --quiet < bunny.obj > atlas.obj
