@@ -58,9 +58,8 @@ def draw_mesh(plotter: pv.Plotter, points: np.ndarray, F: np.ndarray, chart: np.
 
 def draw(before: str, after: str, out: str) -> None:
     """Draw the parts, and their pages below them, for two files that `save` has written."""
-    plotter = pv.Plotter(
-        shape=(4, len(PARTS)), off_screen=True, window_size=(PICTURE * len(PARTS), PICTURE * 4)
-    )
+    size = PICTURE * len(PARTS), PICTURE * 4
+    plotter = pv.Plotter(shape=(4, len(PARTS)), off_screen=True, window_size=size)
     for row, (title, path) in enumerate((("before", before), ("after", after))):
         made = np.load(path)
         for column, name in enumerate(PARTS):
