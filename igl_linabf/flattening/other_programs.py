@@ -12,6 +12,8 @@ import numpy as np
 from .._runtime import Arrays, run_as_child_process, run_in_child_process
 from .._types import FloatArray, IntArray
 
+PATIENCE = 3_600.0  # seconds after which a program counts as hanging
+
 
 def _blender(mesh: Arrays) -> Arrays:
     import bpy
@@ -68,9 +70,10 @@ def run_program(name: str, V: FloatArray, F: IntArray) -> tuple[FloatArray, floa
     Raises
     ------
     RuntimeError
-        The program failed; the message contains its last line of output.
+        The program failed (the message contains its last line of output), or hangs.
     """
-    result = run_in_child_process("igl_linabf.flattening.other_programs", name, {"V": V, "F": F})
+    arrays = {"V": V, "F": F}
+    result = run_in_child_process("igl_linabf.flattening.other_programs", name, arrays, PATIENCE)
     return result["uv"], float(result["seconds"])
 
 
