@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import shapely
 from conftest import bumps
-from hard_surfaces import DEVELOPABLE, MACHINED
+from hard_surfaces import DEVELOPABLE, MACHINED, pipe
 from scipy.spatial import cKDTree
 
 from igl_linabf import ChartOptions, MeshError, Packing, find_seams, unwrap
@@ -376,9 +376,10 @@ def test_nets_are_not_cut_for_a_page_that_gets_little_fuller(name: str) -> None:
 
 @pytest.mark.parametrize("packing", [None, Packing(resolution=1024)])
 def test_no_part_is_a_single_triangle(packing: Packing | None) -> None:
-    for ball in (igl.icosahedron(), igl.upsample(*igl.icosahedron(), 1)):
-        atlas = unwrap(*ball, packing=packing)
-        assert min(len(chart.faces) for chart in atlas.charts) > 1
+    for surface in (igl.icosahedron(), igl.upsample(*igl.icosahedron(), 1), pipe([(0, 2, 0.5)], 32, 20)):
+        for hide in (None, [1, 0, 0], [0, 1, 0], [-1, 0, 0]):
+            atlas = unwrap(*surface, charts=ChartOptions(hide=hide), packing=packing)
+            assert min(len(chart.faces) for chart in atlas.charts) > 1
 
 
 def test_trial_parts_equal_packed_parts() -> None:
