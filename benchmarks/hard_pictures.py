@@ -23,7 +23,7 @@ from hard_surfaces import DEVELOPABLE, MACHINED, ROUNDED
 
 from igl_linabf import Packing, unwrap
 
-PARTS = ("cylinder", "low prism", "disk with a rim", "bevelled disk", "washer", "table", "L", "bracket")
+PARTS = ("low prism", "bevelled disk", "washer", "table", "robot", "L", "bar", "bracket")
 PICTURE = 240  # width and height of each picture, in pixels
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from meshes import Mesh, load_shared_meshes
 from peers import TexelAtlas, make_charts, relative_seams, unwrap_with_xatlas
 
-from igl_linabf import clean, quality, unwrap
+from igl_linabf import Packing, clean, quality, unwrap
 from igl_linabf.io import read_mesh
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
@@ -38,7 +38,7 @@ def parts(files: list[str]) -> Iterator[Mesh]:
 
 
 def ours(V: np.ndarray, F: np.ndarray) -> TexelAtlas:
-    atlas = unwrap(V, F)
+    atlas = unwrap(V, F, packing=Packing(cut_below=0))
     return TexelAtlas(atlas.origin, atlas.FTC, atlas.TC, 1.0, 0.0)
 
 
