@@ -322,8 +322,8 @@ def _warn_of_added_seams(atlas: Atlas) -> None:
         counts = Counter(reason for chart in atlas.charts for reason in chart.split_reasons)
         reasons = ", ".join(f"{reason} (of {n:,} chart{'s' * (n > 1)})" for reason, n in counts.items())
         warnings.warn(
-            f"{len(added):,} edges are cut in addition to the given seams, because of {reasons}: edges "
-            f"{some(added)}; atlas.added_seams has them. Give more seams there, extend=True to add the "
+            f"{len(added):,} edge{' is' if len(added) == 1 else 's are'} cut in addition to the given seams, "
+            f"because of {reasons}: {some(added)}; atlas.added_seams has them. Give more seams there, extend=True to add the "
             "shortest seams, or repair_overlaps=True to move overlapping parts apart without a cut",
             FallbackWarning,
             stacklevel=stack_level(),

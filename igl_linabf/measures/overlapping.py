@@ -107,10 +107,10 @@ def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -
     return np.asarray(index[find_overlaps(z, F[index], chart[index], MAX_PAIRS)])
 
 
-def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray, limit: int = MAX_PAIRS) -> IntArray:
+def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray, limit: int | None = None) -> IntArray:
     """Find the `overlapping_pairs` of a connected surface whose boundary loops are known.
 
-    If there are more than `limit` pairs, the list has `limit` + 1 rows.
+    If there are more than `limit` pairs, by default `MAX_PAIRS`, the list has `limit` + 1 rows.
     """
     z, F = complex_positions(scale_to_unit_size(map_)), np.ascontiguousarray(topology.corner.T)
     upright = bool((signed_double_areas(z, topology.corner) > 0).all())
@@ -159,9 +159,9 @@ def _find_pairs_in_chart(z: ComplexArray, F: IntArray) -> IntArray:
     return np.asarray(index[_find_all_pairs(z, F[index])])
 
 
-def _find_all_pairs(z: ComplexArray, F: IntArray, limit: int = MAX_PAIRS) -> IntArray:
+def _find_all_pairs(z: ComplexArray, F: IntArray, limit: int | None = None) -> IntArray:
     """Find all overlapping pairs, including pairs of faces of different charts."""
-    return find_overlaps(z, F, np.zeros(len(F), dtype=np.int64), limit)
+    return find_overlaps(z, F, np.zeros(len(F), dtype=np.int64), MAX_PAIRS if limit is None else limit)
 
 
 def _prove_injectivity(z: ComplexArray, F: IntArray, chart: IntArray) -> BoolArray:

@@ -68,6 +68,7 @@ def mesh(name: str) -> tuple[np.ndarray, np.ndarray]:
     return bumps(*PLATES[name]) if name in PLATES else load(name)
 
 
+@pytest.mark.filterwarnings("ignore:.*overlaps itself:igl_linabf.OutcomeWarning")
 @pytest.mark.parametrize(
     "name", [*EVERYWHERE, *SHARED, *(pytest.param(name, marks=pytest.mark.slow) for name in LARGE)]
 )

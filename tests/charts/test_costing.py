@@ -104,6 +104,7 @@ def test_hidden_seams_cost_a_third_and_seen_ones_three_times_as_much(ball):
     assert [3 * hidden, seen / 3] == pytest.approx([plain, plain])
 
 
+@pytest.mark.filterwarnings("ignore:.*in addition to the given seams:igl_linabf.FallbackWarning")
 def test_the_cost_of_several_components_is_their_mean_by_area(ball):
     V, F, seams = ball
     n = len(V)
