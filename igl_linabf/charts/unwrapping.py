@@ -323,8 +323,9 @@ def _warn_of_added_seams(atlas: Atlas) -> None:
         reasons = ", ".join(f"{reason} (of {n:,} chart{'s' * (n > 1)})" for reason, n in counts.items())
         warnings.warn(
             f"{len(added):,} edge{' is' if len(added) == 1 else 's are'} cut in addition to the given seams, "
-            f"because of {reasons}: {some(added)}; atlas.added_seams has them. Give more seams there, extend=True to add the "
-            "shortest seams, or repair_overlaps=True to move overlapping parts apart without a cut",
+            f"because of {reasons}: {some(added)}; atlas.added_seams has them. Give more seams there, "
+            "extend=True to add the shortest seams, or repair_overlaps=True to move overlapping parts apart "
+            "without a cut",
             FallbackWarning,
             stacklevel=stack_level(),
         )
