@@ -23,6 +23,7 @@ from ..flattening import BoundaryName, Method, Outcome, flatten
 from ..io import MeshFile, is_flat_format, read_file, unit_square, write_atomically
 from ..measures import Quality, quality
 from . import places
+from .file_contents import find_texture_seams, get_material_labels
 from .table import (
     FAILED,
     FAULTY,
@@ -36,8 +37,9 @@ from .table import (
 )
 
 How = Literal["unwrap", "flatten", "cortex"]
+SeamSource = Literal["auto", "uv"]  # values of the parameter `seams` of `flatten_files`
 Scale = Literal["square", "mesh"]  # values of the parameter `units` of `flatten_files`
-UNWRAP_OPTIONS = ("charts", "cones", "packing")
+UNWRAP_OPTIONS = ("charts", "cones", "packing", "weld", "strict", "seams", "keep_materials")
 
 _process_lock = threading.Lock()  # needed because the memory limit and the warning filters are global
 
@@ -52,6 +54,10 @@ class Settings:
     charts: ChartOptions | None = None
     cones: Cones | None = None
     packing: Packing | None = None
+    weld: float | Literal[False] | None = None
+    strict: bool = False
+    seams: SeamSource = "auto"
+    keep_materials: bool = False
     boundary: BoundaryName = "free"
     units: Scale | None = None
     allow_outside: bool = False
@@ -141,8 +147,23 @@ def _read_input(place: str, allow_outside: bool) -> MeshFile:
 
 
 def _unwrap_file(mesh: MeshFile, row: Row, settings: Settings) -> MapAndRow:
-    chosen = {name: getattr(settings, name) for name in UNWRAP_OPTIONS}
-    atlas = unwrap(mesh.V, mesh.F, method=settings.method, progress=False, **chosen)
+    charts, seams = settings.charts, None
+    if settings.seams == "uv":
+        seams = find_texture_seams(mesh, charts, settings.method)
+    if settings.keep_materials and mesh.extras.materials is not None:
+        charts = replace(charts or ChartOptions(), labels=get_material_labels(mesh))
+    atlas = unwrap(
+        mesh.V,
+        mesh.F,
+        seams,
+        charts=charts,
+        method=settings.method,
+        cones=settings.cones,
+        packing=settings.packing,
+        weld=settings.weld,
+        strict=settings.strict,
+        progress=False,
+    )
     outcome, message = _classify_atlas(atlas), "; ".join(atlas.troubles)
     row = replace(row, outcome=outcome, message=message, charts=len(atlas.charts))
     TC = atlas.flat / atlas.report.scale if is_flat_format(row.output) else atlas.TC

@@ -30,7 +30,7 @@ from ..io import SUFFIXES
 from . import places
 from .clusters import WorkerWatch, connect_client, start_local_client
 from .constants import PATIENCE
-from .one_mesh import UNWRAP_OPTIONS, How, Scale, Settings, Task, run
+from .one_mesh import UNWRAP_OPTIONS, How, Scale, SeamSource, Settings, Task, run
 from .table import (
     CSV,
     DIED,
@@ -105,6 +105,10 @@ def flatten_files(
     charts: ChartOptions | None = None,
     cones: Cones | int | Literal["auto"] | None = None,
     packing: Packing | None = None,
+    weld: float | Literal[False] | None = None,
+    strict: bool = False,
+    seams: SeamSource = "auto",
+    keep_materials: bool = False,
     boundary: BoundaryName = "free",
     units: Scale | None = None,
     retry: bool = False,
@@ -152,6 +156,13 @@ def flatten_files(
         As in `unwrap`, but as a number of cones for each component, not as vertices of one mesh.
     packing : Packing, optional
         As in `unwrap`.
+    weld : float or False, optional
+    strict : bool
+        As in `unwrap`.
+    seams : {"auto", "uv"}
+        "uv" cuts along the seams of the texture coordinates in the files.
+    keep_materials : bool
+        Charts do not cross edges between two materials of a file.
     boundary : {"free", "circle", "circles", "rectangle"}
         As in `flatten`, for `how="flatten"`.
     units : {"square", "mesh"}, optional
@@ -198,7 +209,10 @@ def flatten_files(
         chosen = resolve_method_of_charts(method, cones)
     else:
         chosen = resolve_method(method or ("isometric" if how == "cortex" else "linabf"))
-    settings = Settings(how, chosen, format, charts, cones, packing, boundary, units, allow_outside, limit)
+    unwrapping = weld, strict, seams, keep_materials
+    settings = Settings(
+        how, chosen, format, charts, cones, packing, *unwrapping, boundary, units, allow_outside, limit
+    )
     _check_settings(settings)
     if workers is not None and scheduler is not None:
         raise ValueError("workers is for a local cluster, scheduler for a running one: give one of the two")
@@ -265,6 +279,10 @@ def _check_settings(asked: Settings) -> None:
         raise ValueError(
             f"{', '.join(UNWRAP_OPTIONS)} are not options of {asked.how}: leave them out, or unwrap"
         )
+    if asked.seams not in get_args(SeamSource):
+        raise ValueError(f"seams is {asked.seams!r}: use 'auto' or 'uv'; edges belong to one mesh")
+    if cones is not None and (asked.seams != "auto" or asked.keep_materials):
+        raise ValueError("seams and keep_materials cannot be combined with cones: leave out one of them")
     if asked.units not in (None, *get_args(Scale)):
         raise ValueError(f"units is {asked.units!r}: use 'square' or 'mesh'")
     if asked.how != "flatten" and asked.units is not None:
@@ -280,7 +298,7 @@ def _check_settings(asked: Settings) -> None:
         )
     if cones is not None and np.ndim(cones.at):
         raise ValueError(f"cones is {cones.at!r}: give 'auto', or a number of them for each component")
-    made, *_ = resolve_options(None, charts, cones, asked.packing)
+    made, *_ = resolve_options([] if asked.seams == "uv" else None, charts, cones, asked.packing)
     if made.labels is not None or np.asarray(made.hide).shape not in ((), (3,)):
         raise ValueError(
             f"charts is {charts!r}: give ChartOptions without labels and without weights of faces, which "

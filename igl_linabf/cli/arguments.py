@@ -19,12 +19,11 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 import numpy as np
 import shtab
 
-from .._types import FloatArray
-from ..charts import ChartOptions, Packing, texture_seams, unwrap
+from ..batch import find_texture_seams
+from ..charts import ChartOptions
 from ..errors import MeshError
 from ..flattening import METHODS, BoundaryName, Method
 from ..io import MeshFile
-from ..surface import Faces, Polygons
 
 AXES = ("x", "y", "z")
 TYPE_NAMES = {int: "an integer", float: "a number"}
@@ -256,6 +255,16 @@ SEAMS = Option(
     "auto, uv (seams of the file's texture coordinates), or a file of vertex pairs from 0", "SEAMS"
 )
 EXTEND_SEAMS = Option("add the seams that --seams lacks", flags=("--extend-seams",))
+PERIOD = Option(
+    "period of a texture, as a share of the page's side: it continues across seams of quarter turns", "SHARE"
+)
+KEEP_MATERIALS = Option("cut where two materials meet: no chart has faces of both")
+WELD = Option(
+    "merge vertices within this distance; 0: merge coincident vertices (default where most of the boundary "
+    "lies on itself); no: merge nothing",
+    "DISTANCE",
+)
+STRICT = Option("refuse a mesh that is not a clean manifold instead of repairing it")
 
 
 def read_seams(
@@ -266,26 +275,7 @@ def read_seams(
         return None
     if seams != "uv":
         return read_rows(seams, np.int64, "integers: write two vertices on each line")
-    if mesh.TC is None or mesh.FTC is None:
-        raise MeshError(f"{mesh.path} has no texture coordinates: it has no texture seams")
-    TC, FTC = _unwrap_bare_faces(mesh, charts, method) if mesh.bare.any() else (mesh.TC, mesh.FTC)
-    return texture_seams(mesh.F, FTC, mesh.V, TC, sides=True)
-
-
-def _unwrap_bare_faces(mesh: MeshFile, charts: ChartOptions | None, method: Any) -> tuple[FloatArray, Faces]:
-    """Return the texture coordinates of a mesh; faces without them get an automatic atlas."""
-    assert mesh.TC is not None and mesh.texture is not None
-    corners, sizes = mesh.polygons.corners_of(np.flatnonzero(mesh.bare)), mesh.polygons.sizes[mesh.bare]
-    bare = Polygons(mesh.polygons.corners[corners], sizes)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the whole mesh is unwrapped later, with the same warnings
-        atlas = unwrap(
-            mesh.V, bare.shaped, charts=charts, method=method, packing=Packing(cut_below=0), progress=False
-        )
-    texture = mesh.texture.copy()
-    texture[corners] = len(mesh.TC) + bare.texture_of(atlas.FTC).corners
-    beside = np.ceil(mesh.TC.max(axis=0)) + 1  # UDIM tiles without old texture coordinates
-    return np.concatenate((mesh.TC, atlas.TC + beside)), mesh.polygons.shape(texture)
+    return find_texture_seams(mesh, charts, method)
 
 
 def read_rows(path: Path, kind: type, what: str) -> Any:

@@ -4,16 +4,22 @@ from typing import Annotated, Literal
 
 from ..batch import flatten_files
 from ..charts import ChartOptions, Cones, Packing
-from ..flattening import METHODS
+from ..flattening import METHODS, Isometric
 from ..io import SUFFIXES
 from .arguments import (
     ALLOW_OUTSIDE,
     CHARTS,
+    EXTEND_SEAMS,
+    KEEP_MATERIALS,
+    PERIOD,
+    STRICT,
     UNWRAP_PACKING,
+    WELD,
     Boundary,
     ConeCount,
     Option,
     Units,
+    Weight,
     output_option,
 )
 from .jobs import ExitCode
@@ -24,6 +30,7 @@ HOW = Option("unwrap: with seams; flatten: disks only; cortex: FreeSurfer subjec
 METHOD = Option(
     "method (default: isometric, but linabf with --cones and to flatten)", choices=sorted(METHODS)
 )
+SEAMS = Option("auto, or uv: the seams of the texture coordinates in each file", "SEAMS")
 FORMAT = Option("file format of the maps", choices=[suffix[1:] for suffix in SUFFIXES])
 CONE_ANGLES = Option("cone angles in quarter turns (default: those with the same scale at all cones)")
 
@@ -40,11 +47,17 @@ def run_batch(
     method: Annotated[str | None, METHOD] = None,
     format: Annotated[str, FORMAT] = "obj",
     memory: Annotated[str | None, Option("memory limit of one mesh, such as 2GiB", "SIZE")] = None,
-    charts: Annotated[ChartOptions | None, CHARTS],
+    seams: Annotated[Literal["auto", "uv"], SEAMS] = "auto",
+    charts: Annotated[ChartOptions | None, {"extend": EXTEND_SEAMS, **CHARTS}],
+    keep_materials: Annotated[bool, KEEP_MATERIALS] = False,
+    weld: Annotated[Literal["no"] | float | None, WELD] = None,
+    strict: Annotated[bool, STRICT] = False,
+    weight: Weight = None,
     boundary: Boundary = "free",
     units: Units = None,
     cones: ConeCount = None,
     cone_angles: Annotated[Literal["quarter"] | None, CONE_ANGLES] = None,
+    period: Annotated[float | None, PERIOD] = None,
     packing: Annotated[Packing | None, UNWRAP_PACKING],
     retry: Annotated[bool, Option("retry meshes that died, ran out of memory or failed before")] = False,
     force: Annotated[bool, Option("replace files in OUT that were not written by a batch")] = False,
@@ -63,6 +76,10 @@ def run_batch(
     props/ -o maps/ --format glb --allow-outside    # their images are in another folder
     bodies/ -o maps/ --cones auto --cone-angles quarter
     scans/ -o maps/ --resolution 1024 --padding 4    # charts at least 4 texels apart
+    bodies/ -o maps/ --cones auto --cone-angles quarter --period 0.02
+    props/ -o maps/ --seams uv --extend-seams --keep-materials    # along the seams in the files
+    scans/ -o maps/ --weld 1e-5 --weight 3
+    parts/ -o maps/ --strict
     scans/ -o maps/ --trade 30 --keep-holes --repair-overlaps
     scans/ -o maps/ --max-stretch 1.2 --hide back    # seams at the backs of heads
     scans/ -o maps/ --max-dirichlet 4.1 --max-charts 8    # by a search over trade
@@ -74,22 +91,28 @@ def run_batch(
     scans/ -o maps/ --force    # replaces maps from other programs
     scans/ -o maps/ --scheduler tcp://10.0.0.1:8786
     """
-    if cone_angles is not None and cones is None:
-        raise ValueError("--cone-angles needs cones: give --cones, too")
+    if (cone_angles is not None or period is not None) and cones is None:
+        raise ValueError("--cone-angles and --period need cones: give --cones, too")
+    if weight is not None and method not in (None, "isometric"):
+        raise ValueError(f"--weight is not an option of the method {method}: leave it out")
     done = flatten_files(
         inputs,
         output,
         workers=workers,
         scheduler=scheduler,
         how=how,
-        method=method,
+        method=method if weight is None else Isometric(weight=weight),
         format=format,
         memory=memory,
         charts=charts,
         boundary=boundary,
         units=units,
-        cones=None if cones is None else Cones(cones, angles=cone_angles),
+        cones=None if cones is None else Cones(cones, angles=cone_angles, period=period),
         packing=packing,
+        weld=False if weld == "no" else weld,
+        strict=strict,
+        seams=seams,
+        keep_materials=keep_materials,
         retry=retry,
         force=force,
         allow_outside=allow_outside,

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from .._runtime import progress_part
+from ..batch import get_material_labels
 from ..charts import ChartOptions, Cones, resolve_method_of_charts, unwrap
 from ..errors import MeshError, OutcomeWarning
 from ..flattening import METHODS
@@ -16,8 +17,12 @@ from ..io import MeshFile, is_flat_format
 from .arguments import (
     CHARTS,
     EXTEND_SEAMS,
+    KEEP_MATERIALS,
+    PERIOD,
     SEAMS,
+    STRICT,
     UNWRAP_PACKING,
+    WELD,
     Option,
     Weight,
     build_method,
@@ -36,17 +41,7 @@ CONES = Option(
 CONE_ANGLES = Option(
     "quarter (turns), or a file of angle sums in degrees (default: the same scale at all cones)", "ANGLES"
 )
-PERIOD = Option(
-    "period of a texture, as a share of the page's side: it continues across seams of quarter turns", "SHARE"
-)
-KEEP_MATERIALS = Option("cut where two materials meet: no chart has faces of both")
 METHOD = Option("method (default: isometric, but linabf with --cones)", choices=sorted(METHODS))
-WELD = Option(
-    "merge vertices within this distance; 0: merge coincident vertices (default where most of the boundary "
-    "lies on itself); no: merge nothing",
-    "DISTANCE",
-)
-STRICT = Option("refuse a mesh that is not a clean manifold instead of repairing it")
 BAKE = Option(
     f"bake a texture of --resolution texels ({BAKED_RESOLUTION}) into a GLB, glTF or 3MF file, or beside an "
     "OBJ: the colours of vertices, faces and materials, the images of the old texture coordinates, normals "
@@ -180,10 +175,8 @@ def _read_cones(cones: Any, angles: Any, period: float | None) -> Cones | None:
 
 def _material_labels(mesh: MeshFile, cones: Cones | None) -> Any:
     """Return the material of each face as a chart label."""
-    if mesh.extras.materials is None:
-        raise MeshError(f"{mesh.path} has no materials: leave out --keep-materials")
     if cones is not None:
         raise ValueError(
             "--keep-materials adds cuts, and --cones chooses its own seams: leave out one of them"
         )
-    return mesh.extras.materials[1]
+    return get_material_labels(mesh)

@@ -11,12 +11,19 @@ import pytest
 from conftest import load
 from overlapping_surfaces import spiral
 
-from igl_linabf import unwrap
+from igl_linabf import ChartOptions, Packing, unwrap
 from igl_linabf.batch import one_mesh
 from igl_linabf.batch.one_mesh import Settings, Task, run
 from igl_linabf.batch.table import Row
 from igl_linabf.charts import AtlasBounds
 from igl_linabf.flattening import resolve_method
+from igl_linabf.io import read_file
+
+
+def read_mesh_charts(path: Path) -> np.ndarray:
+    """Return the chart of each face of a mesh file."""
+    mesh = read_file(path)
+    return igl.facet_components(mesh.FTC)[1]
 
 
 def process_mesh(folder: Path, V: np.ndarray, F: np.ndarray, how: str = "unwrap") -> Row:
@@ -39,6 +46,33 @@ def test_a_row_has_the_outcome_and_the_warnings(tmp_path: Path) -> None:
     assert row.outcome == "refused"
     assert "the mesh is closed" in row.message
     assert row.charts is None
+
+
+def test_seams_and_materials_of_a_file_are_those_of_its_map(tmp_path: Path) -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 1)
+    old = unwrap(V, F, charts=ChartOptions(labels=np.arange(len(F)) % 4))
+    names = [f"usemtl {'red' if k else 'blue'}" for k in V[F].mean(axis=1)[:, 2] > 0]
+    lines = [f"v {x} {y} {z}" for x, y, z in V] + [f"vt {u} {v}" for u, v in old.TC]
+    corners = np.stack((F, old.FTC), axis=-1) + 1
+    faces = [" ".join(("f", *(f"{v}/{vt}" for v, vt in row))) for row in corners.tolist()]
+    lines += [line for pair in zip(names, faces, strict=True) for line in pair]
+    (tmp_path / "in.obj").write_text("\n".join(lines))
+    (tmp_path / "out").mkdir()
+    plain = Settings("unwrap", resolve_method("isometric"), "obj", packing=Packing(cut_below=0))
+    charts = {}
+    for name, options in {
+        "found": {},
+        "given": {"seams": "uv"},
+        "materials": {"keep_materials": True},
+    }.items():
+        row = Row(str(tmp_path / "in.obj"), f"{name}.obj")
+        done = run(Task(row.input, row, str(tmp_path / "out"), replace(plain, **options)))
+        assert done.outcome == "valid", done.message
+        charts[name] = read_mesh_charts(tmp_path / "out" / f"{name}.obj")
+    assert len(np.unique(charts["found"])) == 1
+    assert len(np.unique(charts["given"])) == len(old.charts)
+    of = charts["materials"]
+    assert len(np.unique(of)) == 2 and all(len(set(np.array(names)[of == k])) == 1 for k in np.unique(of))
 
 
 def test_flips_overlaps_and_other_troubles_have_different_outcomes(

@@ -1,0 +1,49 @@
+"""Read what `unwrap` uses of a mesh file: the seams of its texture coordinates, and its materials."""
+
+import warnings
+from typing import Any
+
+import numpy as np
+
+from .._types import FloatArray, IntArray
+from ..charts import ChartOptions, Packing, texture_seams, unwrap
+from ..errors import MeshError
+from ..flattening import Method
+from ..io import MeshFile
+from ..surface import Faces, Polygons
+
+
+def find_texture_seams(mesh: MeshFile, charts: ChartOptions | None, method: Method) -> Any:
+    """Return a mask of the sides of faces at seams of the texture coordinates, as `seams` of `unwrap`.
+
+    Faces without texture coordinates get the seams of an automatic atlas.
+    """
+    if mesh.TC is None or mesh.FTC is None:
+        raise MeshError(f"{mesh.path} has no texture coordinates: it has no texture seams")
+    TC, FTC = _unwrap_bare_faces(mesh, charts, method) if mesh.bare.any() else (mesh.TC, mesh.FTC)
+    return texture_seams(mesh.F, FTC, mesh.V, TC, sides=True)
+
+
+def get_material_labels(mesh: MeshFile) -> IntArray:
+    """Return the material of each face, as labels of `ChartOptions`."""
+    if mesh.extras.materials is None:
+        raise MeshError(f"{mesh.path} has no materials: leave out --keep-materials")
+    return mesh.extras.materials[1]
+
+
+def _unwrap_bare_faces(
+    mesh: MeshFile, charts: ChartOptions | None, method: Method
+) -> tuple[FloatArray, Faces]:
+    """Return the texture coordinates of a mesh; faces without them get an automatic atlas."""
+    assert mesh.TC is not None and mesh.texture is not None
+    corners, sizes = mesh.polygons.corners_of(np.flatnonzero(mesh.bare)), mesh.polygons.sizes[mesh.bare]
+    bare = Polygons(mesh.polygons.corners[corners], sizes)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the whole mesh is unwrapped later, with the same warnings
+        atlas = unwrap(
+            mesh.V, bare.shaped, charts=charts, method=method, packing=Packing(cut_below=0), progress=False
+        )
+    texture = mesh.texture.copy()
+    texture[corners] = len(mesh.TC) + bare.texture_of(atlas.FTC).corners
+    beside = np.ceil(mesh.TC.max(axis=0)) + 1  # UDIM tiles without old texture coordinates
+    return np.concatenate((mesh.TC, atlas.TC + beside)), mesh.polygons.shape(texture)
