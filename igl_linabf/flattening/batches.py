@@ -156,5 +156,5 @@ def isometric_maps(
             report=replace(linear.report, attempts=attempts, layout="isometric", layout_solver=how),
         )
         if k in crossed:
-            result = report_overlaps(result, len(overlapping_pairs(result.uv, result.F)))
+            result = report_overlaps(result, overlapping_pairs(result.uv, result.F))
         yield int(found[k]), result

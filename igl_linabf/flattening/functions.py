@@ -552,7 +552,7 @@ def flatten_mesh(
         _check_not_mirrored(mesh, pinned)
     if made.outcome.good:
         _warn_if_stretched(mesh, made.uv)
-        made = report_overlaps(made, len(overlapping_pairs_of_chart(mesh.topology, made.uv, MAX_COUNTED)))
+        made = report_overlaps(made, overlapping_pairs_of_chart(mesh.topology, made.uv, MAX_COUNTED))
     if upwards is not None:
         made = _replace_map(mesh, made, _turn_upright(mesh, made.uv, upwards), "turned")
     uv = scatter(made.uv, mesh.vertices, mesh.n_given)

@@ -291,6 +291,6 @@ def _results_of_batch(
             ),
         )
         if k in crossed:
-            result = report_overlaps(result, len(overlapping_pairs(result.uv, result.F)))
+            result = report_overlaps(result, overlapping_pairs(result.uv, result.F))
         made.append((places[k], result))
     return made

@@ -123,15 +123,16 @@ def determine_outcome(found: Findings) -> tuple[Outcome, str]:
     return Outcome.FLIPPED, f"{where}, though the angles converged ({fit}): {helps}"
 
 
-def report_overlaps(made: Flattening, pairs: int) -> Flattening:
+def report_overlaps(made: Flattening, pairs: IntArray) -> Flattening:
     """Return the result with the outcome `OVERLAPPING` if pairs of its triangles overlap without flips."""
-    if not pairs or not made.outcome.good:
+    number = len(pairs)
+    if not number or not made.outcome.good:
         return made
-    count = f"more than {MAX_COUNTED:,}" if pairs > MAX_COUNTED else f"{pairs:,}"
+    count = f"more than {MAX_COUNTED:,}" if number > MAX_COUNTED else f"{number:,}"
     message = (
-        f"{made.message}; but the map overlaps itself in {count} pair{'s' * (pairs > 1)} of triangles and "
-        "cannot carry a texture: igl_linabf.unwrap cuts it, or moves its parts apart with ChartOptions("
-        "repair_overlaps=True), and igl_linabf.overlaps lists the pairs"
+        f"{made.message}; but the map overlaps itself in {count} pair{'s' * (number > 1)} of faces "
+        f"({some(np.unique(pairs))}) and cannot carry a texture: igl_linabf.unwrap cuts it, or moves its parts "
+        "apart with ChartOptions(repair_overlaps=True), and igl_linabf.overlaps lists the pairs"
     )
     return replace(made, outcome=Outcome.OVERLAPPING, message=message)
 

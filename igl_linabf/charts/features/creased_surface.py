@@ -16,6 +16,7 @@ from .curvature import component_extents, dihedral_angles, find_apexes, flat_sha
 from .visibility import hiding_factors
 
 FLAT_HOLE_TURN = 1e-3  # maximum deviation, radians, of the turning of a flat hole's boundary from -2 pi
+MAX_FLAT_HOLES = 300  # maximum number of holes that seams pass beside
 PLANE_BEND = 1e-3  # maximum dihedral angle, radians, between coplanar faces
 MIN_CHART_HEIGHT = 1e-12  # minimum height of a face, over its longest side, that double precision can map
 MIN_DISK_CURVATURE = 0.02  # disks with a smaller sum of squared curvatures, in full turns, get no panels
@@ -135,14 +136,16 @@ class CreasedSurface:
     def flat_holes(self) -> IntArray:
         """The boundary loops of holes that would be flat if they were filled, as indices of `topology.loops`.
 
-        By Gauss-Bonnet, the boundary of a hole in a developable surface turns by -2 pi.
+        By Gauss-Bonnet, the boundary of a hole in a developable surface turns by -2 pi. If there are many,
+        the array is empty, because the memory for a map grows with the number of uncut holes.
         """
         loops = self.surface.topology.loops
         if not loops:
             return np.zeros(0, dtype=np.int64)
         turning = np.pi - self.surface.angle_sums[np.concatenate(loops)]
         turns = Ragged.of_sizes(list(map(len, loops))).sum(turning)
-        return np.flatnonzero(np.abs(turns + 2 * np.pi) < FLAT_HOLE_TURN)
+        flat = np.flatnonzero(np.abs(turns + 2 * np.pi) < FLAT_HOLE_TURN)
+        return flat if len(flat) <= MAX_FLAT_HOLES else flat[:0]
 
     @cached_property
     def hiding(self) -> FloatArray:
