@@ -133,12 +133,18 @@ class Levels:
 
     @classmethod
     def of(cls, closed: ClosedSurface, most: int | None = None) -> Levels:
-        """Contract a surface until it has at most `most` nodes, by default `MAX_CLUSTERS`."""
+        """Contract a surface until it has at most `most` nodes, by default `MAX_CLUSTERS`.
+
+        Holes are never merged. If there are many, more nodes than `most` are left.
+        """
         steps, coarse = list[Contraction](), closed
         while coarse.graph.n > (most or MAX_CLUSTERS):
             wide = coarse.graph.n >= MIN_NODES_OF_WIDE_CLUSTERS
-            steps.append(Contraction.of(coarse, build_shortest_path_trees(coarse, CLUSTER_HOPS + wide)))
-            coarse = steps[-1].coarse
+            step = Contraction.of(coarse, build_shortest_path_trees(coarse, CLUSTER_HOPS + wide))
+            if step.coarse.graph.n == coarse.graph.n:
+                break
+            steps.append(step)
+            coarse = step.coarse
         return cls(steps, coarse)
 
     def lift(self, seam: IntArray, leaves: IntArray) -> IntArray:

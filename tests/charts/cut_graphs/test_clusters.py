@@ -12,7 +12,7 @@ from conftest import load
 from igl_linabf.charts import cut, find_seams, unwrap
 from igl_linabf.charts.cut_graphs import clusters
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.clusters import Contraction, build_shortest_path_trees
+from igl_linabf.charts.cut_graphs.clusters import Contraction, Levels, build_shortest_path_trees
 from igl_linabf.charts.features import CreasedSurface
 from igl_linabf.charts.seams.growth import grow_seam, seam_cost
 from igl_linabf.charts.seams.search import SeamSearch, _PanelSeams
@@ -74,6 +74,13 @@ def test_lifting_a_seam_preserves_its_topology(name: str, hops: int) -> None:
     assert set(smaller.roots[leaves][np.isin(leaves, smaller.coarse.graph.ends[seam])]) <= set(
         piece.graph.ends[drawn].ravel()
     )
+
+
+def test_contraction_ends_at_more_holes_than_clusters() -> None:
+    piece = ClosedSurface.of(surface("holes__igl_beetle.off"))
+    levels = Levels.of(piece, piece.graph.n_holes - 1)
+    assert piece.graph.n_holes <= levels.coarse.graph.n < piece.graph.n
+    assert levels.coarse.graph.n_holes == piece.graph.n_holes
 
 
 def test_the_scale_of_clusters_approximates_that_of_their_nodes() -> None:
