@@ -277,6 +277,7 @@ def _suggest_map(result: object) -> str:
         return "pass its attribute uv"
     if hasattr(result, "TC") and hasattr(result, "origin"):
         return (
+            "the figures of an atlas are atlas.quality, and its texture coordinates atlas.TC and atlas.FTC; "
             "the vertices of the cut surface are V[atlas.origin], its triangles atlas.triangles, and their "
             "map atlas.flat"
         )
