@@ -278,6 +278,8 @@ def _split_overlaps(cut: Submesh, result: Flattening) -> list[tuple[Chart, Subme
                 ]
                 continue
         quality = measure_quality(piece, made.uv, len(pairs))
-        chart = Chart(piece.faces, report_overlaps(made, pairs), quality, splits, len(pairs), 0.0)
+        chart = Chart(
+            piece.faces, report_overlaps(made, piece.faces[pairs]), quality, splits, len(pairs), 0.0
+        )
         done.append((chart, piece))
     return done

@@ -80,7 +80,7 @@ class ClosedSurface:
         vertex[node] = np.arange(len(V))
         cotangent = topology.sum_at_edges(dot / double_area)[inside] / 2
         weight = np.clip(cotangent, MIN_BOND_WEIGHT, MAX_BOND_WEIGHT)
-        price, faces = creased.price[taken], int(cell.max()) + 1
+        price, faces = creased.search_price[taken], int(cell.max()) + 1
         return cls(
             SurfaceGraph(n, holes, topology.genus, faces, node[edges], beside, price, V[vertex]),
             node=node,

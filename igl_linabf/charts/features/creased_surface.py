@@ -120,17 +120,21 @@ class CreasedSurface:
 
     @cached_property
     def visible_length(self) -> FloatArray:
-        """The length of each inner edge times its visibility factor, which is below 1 if a seam is hidden.
+        """The length of each inner edge times its visibility factor, which is below 1 if a seam is hidden."""
+        return np.asarray(self.length * self.hiding)
 
-        A seam into a flat hole gains nothing. Its price includes the extent of the component. Therefore seams
-        pass beside the hole.
+    @cached_property
+    def search_price(self) -> FloatArray:
+        """The `price` of each inner edge in a search for seams.
+
+        A seam into a flat hole gains nothing. Its price is increased by the extent of the component, so that
+        the search finds seams that pass beside the hole.
         """
-        length = self.length
-        if len(self.flat_holes):
-            at_hole = np.zeros(len(self.surface.V), dtype=bool)
-            at_hole[np.concatenate([self.surface.topology.loops[i] for i in self.flat_holes.tolist()])] = True
-            length = length + at_hole[self.ends].sum(axis=1) * self.edge_extent
-        return np.asarray(length * self.hiding)
+        if not len(self.flat_holes):
+            return self.price
+        at_hole = np.zeros(len(self.surface.V), dtype=bool)
+        at_hole[np.concatenate([self.surface.topology.loops[i] for i in self.flat_holes.tolist()])] = True
+        return np.asarray(self.price + at_hole[self.ends].sum(axis=1) * self.edge_extent)
 
     @cached_property
     def flat_holes(self) -> IntArray:

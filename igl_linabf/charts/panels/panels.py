@@ -174,7 +174,7 @@ def find_panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, 
     if seam.any():
         seam |= _find_slits(panels, seam, panels.unclosed & ~slit)[0]
     component = creased.label[creased.faces[seam, 0]]
-    price = sum_by_index(component, creased.price[seam], len(creased.extent))
+    price = sum_by_index(component, creased.search_price[seam], len(creased.extent))
     cost = price / np.sqrt(creased.double_area / 2) / trade
     cost[creased.label[handles]] = np.inf
     return creased.surface.vertices[creased.ends[seam]], component, cost

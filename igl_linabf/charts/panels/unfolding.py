@@ -141,7 +141,7 @@ def find_joints(
     back = pairs[:, 0] > pairs[:, 1]
     pairs[back] = pairs[back, ::-1]
     turn, shift = _find_motions(np.where(back, other, one), np.where(back, one, other))
-    price = creased.price[rows]
+    price = creased.search_price[rows]
     step = same * creased.edge_extent[rows]
     rounded = (np.round(part) for part in (turn / same, shift / step))
     keys = (*pairs.T, *(part for values in rounded for part in (values.real, values.imag)))

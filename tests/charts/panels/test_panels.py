@@ -66,6 +66,28 @@ def test_the_seam_of_a_pipe_is_straight_and_passes_beside_its_holes(
     assert not np.isin(atlas.seams, np.concatenate([[], *of_holes])).any()
 
 
+def test_hundreds_of_holes_of_a_pipe_are_joined_by_seams() -> None:
+    """The memory for a map grows with the number of uncut holes."""
+    around, rows = 144, 73
+    V, F = pipe([], around, rows)
+    column, row = np.arange(len(F)) % around, np.arange(len(F)) // around % (rows - 1)
+    V, F = igl.remove_unreferenced(V, F[(column % 8 != 3) | (row % 4 != 1)])[:2]
+    holes = igl.boundary_loop_all(F)
+    assert len(holes) > 302
+    atlas = unwrap(V, F, packing=Packing(cut_below=0))
+    assert atlas.good and len(atlas.charts) == 1
+    assert all(np.isin(loop, atlas.seams).any() for loop in holes)
+
+
+def test_the_cost_of_a_seam_through_a_hole_is_the_price_of_its_edges() -> None:
+    V, F = pipe([(0, 2, 0.5)])
+    line = np.flatnonzero(np.isclose(V[:, 1], 0) & (V[:, 0] > 0))
+    through = [pair for pair in igl.edges(F).tolist() if set(pair) <= set(line.tolist())]
+    atlas = unwrap(V, F, through, packing=Packing(cut_below=0))
+    size = np.sqrt(igl.doublearea(V, F).sum() / 2)
+    assert np.isclose(atlas.cost.seams, atlas.seam_length / size / ChartOptions().trade, rtol=0.05)
+
+
 @pytest.mark.parametrize(("method", "conformal"), [("linabf", 1.005), ("isometric", 1.02)])
 def test_planes_and_cylinders_of_a_machine_part_are_flattened_isometrically(
     method: str, conformal: float
