@@ -94,7 +94,10 @@ def generate_mesh(
 
 def list_makers() -> dict[str, Maker]:
     """Return the functions that make atlases: both methods of `unwrap`, and the installed programs."""
-    mine: dict[str, Maker] = {"linabf": ours, "isometric": partial(ours, method="isometric")}
+    mine: dict[str, Maker] = {
+        "linabf": partial(ours, method="linabf"),
+        "isometric": partial(ours, method="isometric"),
+    }
     return mine | peers()
 
 

@@ -34,7 +34,7 @@ HEADS = ("charts", "seam / sqrt(area)", "L2 stretch", "texels 99 : 1 %", "overla
 def list_makers() -> Mapping[str, Maker]:
     """Return functions that make atlases: the methods of `unwrap`, and the installed programs."""
     mine: dict[str, Maker] = {
-        "linabf": partial(ours, resolution=None),
+        "linabf": partial(ours, method="linabf", resolution=None),
         "isometric": partial(ours, method="isometric", resolution=None),
         "isometric, trade 30": partial(
             ours, method="isometric", charts=ChartOptions(trade=30.0), resolution=None

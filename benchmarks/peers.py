@@ -135,7 +135,10 @@ def unwrap_with_blender(V: np.ndarray, F: np.ndarray) -> TexelAtlas:
 
 def programs() -> dict[str, Maker]:
     """Return the functions that make atlases, by name: `unwrap` and the installed programs."""
-    mine: dict[str, Maker] = {"unwrap": ours, "unwrap, isometric": partial(ours, method="isometric")}
+    mine: dict[str, Maker] = {
+        "unwrap, linabf": partial(ours, method="linabf"),
+        "unwrap, isometric": partial(ours, method="isometric"),
+    }
     return mine | peers()
 
 

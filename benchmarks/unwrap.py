@@ -116,7 +116,7 @@ def main() -> None:
             try:
                 atlas = run(V, F)
                 found = {program: measure_atlas(V, F, atlas)}
-                if program == "unwrap":
+                if program == "unwrap, linabf":
                     found["igl.lscm"] = flatten_charts_with_lscm(V, F, atlas)
             except Exception as error:  # an error of any program becomes a row of the table
                 print(f"| {name} | {program} | {type(error).__name__} |{' |' * HEADS.count('|')}", flush=True)
