@@ -21,7 +21,7 @@ import numpy as np
 import pyvista
 from stretch import bunny
 
-from igl_linabf import Atlas, ChartOptions, unwrap
+from igl_linabf import Atlas, ChartOptions, Packing, unwrap
 from igl_linabf.io import read_mesh, replacing
 
 FAR = np.array([0.0, 0.0, -1.0])  # the far side: the camera looks from +z
@@ -45,7 +45,7 @@ def visible_share(V: np.ndarray, F: np.ndarray, atlas: Atlas) -> float:
 
 if __name__ == "__main__":
     V, F = read_mesh(Path(pyvista.__file__).parent / "examples" / "nut.ply")
-    net = unwrap(V, F)
+    net = unwrap(V, F, packing=Packing(cut_below=0))
     print(f"nut: {len(net.charts)} charts, L2 stretch {net.quality.stretch_l2:.4f}")
     assert net.good
     assert net.quality.stretch_l2 < 1.03

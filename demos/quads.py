@@ -24,7 +24,7 @@ from checkerboards import double_torus
 from cortex import cortex
 from holes import crown_without_tips
 
-from igl_linabf import linabf, unwrap
+from igl_linabf import Packing, linabf, unwrap
 from igl_linabf.io import read_mesh, replacing, write_grid
 from igl_linabf.plot import plot_grid
 from igl_linabf.remesh import QuadGrid, quad_grid
@@ -37,7 +37,7 @@ def grid_of(V: np.ndarray, F: np.ndarray) -> QuadGrid:
     if len(igl.boundary_facets(F)[0]):
         uv = linabf(V, F)
     else:
-        atlas = unwrap(V, F)
+        atlas = unwrap(V, F, method="linabf", packing=Packing(cut_below=0))
         V, F, uv = V[atlas.origin], atlas.FTC, atlas.TC
     return quad_grid(V, F, uv, np.sqrt(igl.doublearea(np.ascontiguousarray(uv), F).sum() / 2 / CELLS))
 

@@ -33,8 +33,8 @@ if __name__ == "__main__":
     diagonal = np.linalg.norm(np.ptp(V, axis=0))
     maps = {}
     for trade in (2.0, 6.0, 30.0):
-        seams = find_seams(V, F, trade=trade)
-        atlas = unwrap(V, F, seams)
+        seams = find_seams(V, F, method="linabf", trade=trade)
+        atlas = unwrap(V, F, seams, method="linabf")
         print(f"\ntrade {trade:g}: seams {atlas.seam_length / diagonal:.2f} of the bounding box's diagonal")
         print(atlas)
         if len(sys.argv) == 1:
