@@ -130,9 +130,10 @@ def report_overlaps(made: Flattening, pairs: IntArray) -> Flattening:
         return made
     count = f"more than {MAX_COUNTED:,}" if number > MAX_COUNTED else f"{number:,}"
     message = (
-        f"{made.message}; but the map overlaps itself in {count} pair{'s' * (number > 1)} of faces "
-        f"({some(np.unique(pairs))}) and cannot carry a texture: igl_linabf.unwrap cuts it, or moves its "
-        "parts apart with ChartOptions(repair_overlaps=True), and igl_linabf.overlaps lists the pairs"
+        f"{made.message}; but the map overlaps itself in {count} pair{'s' * (number > 1)} of "
+        f"triangles (faces {some(np.unique(pairs))}) and cannot carry a texture: igl_linabf.unwrap cuts it, "
+        "or moves its parts apart with ChartOptions(repair_overlaps=True), and igl_linabf.overlaps lists "
+        "the pairs"
     )
     return replace(made, outcome=Outcome.OVERLAPPING, message=message)
 

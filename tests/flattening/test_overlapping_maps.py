@@ -42,7 +42,7 @@ def test_the_outcome_is_overlapping_where_pairs_of_triangles_overlap(method: str
         count = str(pairs) if pairs <= results.MAX_COUNTED else f"more than {results.MAX_COUNTED:,}"
         assert result.outcome is Outcome.OVERLAPPING and not result.outcome.good
         assert pairs > 0 == len(result.flipped)
-        assert f"{count} pairs of faces (" in result.message and "unwrap" in result.message
+        assert f"{count} pairs of triangles (faces " in result.message and "unwrap" in result.message
 
 
 @pytest.mark.parametrize("call", [linabf, abf, isometric, lscm])
