@@ -10,9 +10,9 @@ TBB, X11 and OpenGL (on Debian libtbb-dev, xorg-dev and libgl1-mesa-dev):
     python3.11 -m venv partuv && partuv/bin/pip install partuv==0.1.2
     python3.11 -m venv open3d && open3d/bin/pip install open3d==0.20.0
 
-The meshes are the ones of OptCuts' benchmark and of PartUV's demo, and for UVAtlas the meshes of kind closed
-in IGL_LINABF_MESHES. Programs that are not in the folder are skipped. All programs run on one core. Prints
-Markdown. With `--picture`, the script only draws two meshes.
+OptCuts runs on the meshes of its own benchmark, PartUV on the meshes of its demo, and UVAtlas on the meshes
+of kind closed in IGL_LINABF_MESHES. Programs that are not in the folder are skipped. All programs run on one
+core. Prints Markdown. With `--picture`, the script only draws two meshes.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ from pathlib import Path
 def compile_program(folder: Path, cmake: str, sources: Path, target: str, main: str = "") -> Path:
     """Compile a target in a folder, and return the program.
 
-    `cmake` is the text of CMakeLists.txt, in which "{sources}" is the folder of the sources, and `main` is
-    the text of main.cpp. A second call in the same folder compiles only what has changed.
+    `cmake` is the text of CMakeLists.txt; "{sources}" stands for the folder of the sources. `main` is the
+    text of main.cpp. A second call in the same folder compiles only changed files.
     """
     folder.mkdir(parents=True, exist_ok=True)
     texts = {"CMakeLists.txt": cmake.format(sources=sources.resolve()), "main.cpp": main}

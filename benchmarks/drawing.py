@@ -17,7 +17,7 @@ Vector = tuple[float, float, float]
 
 
 class Row(NamedTuple):
-    """Atlases of one surface by name, the direction from which it is seen, and the direction that is up."""
+    """Atlases of one surface by name, the direction to the camera, and the upward direction."""
 
     V: np.ndarray
     atlases: dict[str, TexelAtlas]

@@ -13,6 +13,7 @@ import sys
 import warnings
 from pathlib import Path
 
+import igl
 import numpy as np
 import pyvista as pv
 from matplotlib import colormaps
@@ -39,19 +40,12 @@ def save(path: str) -> None:
     np.savez(path, **made)
 
 
-def boundary(F: np.ndarray) -> np.ndarray:
-    """Return the boundary edges of triangles, (#B, 2)."""
-    half = np.stack((F, np.roll(F, -1, axis=1)), axis=-1).reshape(-1, 2)
-    _, first, count = np.unique(np.sort(half, axis=1), axis=0, return_index=True, return_counts=True)
-    return half[first[count == 1]]
-
-
 def draw_mesh(plotter: pv.Plotter, points: np.ndarray, F: np.ndarray, chart: np.ndarray) -> None:
     """Draw triangles in the colours of their charts, and the boundaries of the charts as black lines."""
     mesh = pv.PolyData.from_regular_faces(points, F)
     mesh.cell_data["colour"] = np.uint8(255 * np.array(colormaps["Set3"].colors)[chart % 12])
     plotter.add_mesh(mesh, scalars="colour", rgb=True, lighting=bool(np.ptp(points[:, 2])))
-    edges = boundary(F)
+    edges = igl.boundary_facets(F)[0]
     lines = pv.PolyData(points, lines=np.column_stack((np.full(len(edges), 2), edges)))
     plotter.add_mesh(lines, color="black", line_width=2)
 

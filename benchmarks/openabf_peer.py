@@ -3,7 +3,7 @@
     git clone https://github.com/educelab/OpenABF FOLDER/OpenABF
     IGL_LINABF_PEERS=FOLDER python benchmarks/openabf_peer.py
 
-The surfaces are the ones of OpenABF's own benchmark (scrolls.py). Eigen has to be installed (on Debian
+The surfaces are from OpenABF's own benchmark (scrolls.py). Eigen has to be installed (on Debian
 libeigen3-dev). Times are CPU seconds. Prints Markdown.
 """
 

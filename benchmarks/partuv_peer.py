@@ -58,7 +58,7 @@ def make_tree(V: np.ndarray, F: np.ndarray) -> np.ndarray:
 
 
 def unwrap_with_partuv(python: str, V: np.ndarray, F: np.ndarray) -> TexelAtlas:
-    """Return the charts that PartUV makes, before packing, and the CPU time without that of the tree."""
+    """Return the charts that PartUV makes, before packing, and the CPU time without building the tree."""
     return run_script(python, SCRIPT, V, F, timeout=1000, tree=make_tree(V, F))
 
 

@@ -283,8 +283,10 @@ def _try_piece(work: _PendingPiece, rules: ChartRules, made: _PieceMap | None) -
     if quality is None:
         quality = measure_quality(piece, made.result.uv, len(made.pairs), change.at_triangles)
     result = report_overlaps(made.result, piece.faces[made.pairs])
-    chart = Chart(piece.faces, result, quality, rounds.total(), len(made.pairs), made.cost)
-    chart = replace(chart, split_reasons=tuple(reason.value for reason in rounds))
+    reasons = tuple(reason.value for reason in rounds)
+    chart = Chart(
+        piece.faces, result, quality, rounds.total(), len(made.pairs), made.cost, split_reasons=reasons
+    )
     parts = _cut_for_stretch(piece, change, quality.stretch_l2, rounds[Reason.STRETCH], rules)
     if not parts:
         return _FlattenedPiece(chart, [], None)

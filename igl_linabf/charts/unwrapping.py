@@ -371,13 +371,21 @@ def _scale_maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, Int
 
 def _place_charts(done: list[tuple[Chart, Submesh]], request: PackingRequest) -> list[PackedChart]:
     """Place charts on pages; reduce the margin if it leaves no room for them."""
-    most = float(np.sqrt(MAX_MARGIN_SHARE / len(done)))
-    wanted = request.spacing.for_charts(len(done))
-    closer = wanted.limit_gap(most)
-    if closer != wanted:
-        too_wide = f"a margin of {request.spacing.gap:g} leaves no room for {len(done):,} charts"
-        warnings.warn(f"{too_wide}: it is reduced to {most:.2g}", FallbackWarning, stacklevel=stack_level())
+    closer = request.spacing.for_charts(len(done)).limit_gap(_find_widest_gap(len(done)))
     return pack_maps(_scale_maps(done), replace(request, spacing=closer))
+
+
+def _find_widest_gap(number: int) -> float:
+    """Return the maximum gap between charts, as a share of the page's width, that leaves room for them."""
+    return float(np.sqrt(MAX_MARGIN_SHARE / number))
+
+
+def _warn_of_narrow_gaps(number: int, request: PackingRequest) -> None:
+    """Warn if the margin was reduced, because it left no room for the charts."""
+    spacing, widest = request.spacing, _find_widest_gap(number)
+    if spacing.for_charts(number).gap > widest:
+        too_wide = f"a margin of {spacing.gap:g} leaves no room for {number:,} charts"
+        warnings.warn(f"{too_wide}: it is reduced to {widest:.2g}", FallbackWarning, stacklevel=stack_level())
 
 
 def _make_atlas(
@@ -389,6 +397,7 @@ def _make_atlas(
     """Return the atlas of the charts `done`; pack them unless `placed` has their positions."""
     if placed is None:
         placed = _place_charts(done, request)
+    _warn_of_narrow_gaps(len(done), request)
     charts, pieces = [chart for chart, _ in done], [piece for _, piece in done]
     arrays = [(piece.V, piece.F, piece.faces, piece.vertices) for piece in pieces]
     V, F, faces, origin = map(np.concatenate, zip(*arrays, strict=True))

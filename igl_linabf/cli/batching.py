@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from ..batch import flatten_files
 from ..charts import ChartOptions, Cones, Packing
-from ..flattening import METHODS, Isometric
+from ..flattening import METHODS
 from ..io import SUFFIXES
 from .arguments import (
     ALLOW_OUTSIDE,
@@ -20,6 +20,7 @@ from .arguments import (
     Option,
     Units,
     Weight,
+    build_method,
     output_option,
 )
 from .jobs import ExitCode
@@ -93,15 +94,13 @@ def run_batch(
     """
     if (cone_angles is not None or period is not None) and cones is None:
         raise ValueError("--cone-angles and --period need cones: give --cones, too")
-    if weight is not None and method not in (None, "isometric"):
-        raise ValueError(f"--weight is not an option of the method {method}: leave it out")
     done = flatten_files(
         inputs,
         output,
         workers=workers,
         scheduler=scheduler,
         how=how,
-        method=method if weight is None else Isometric(weight=weight),
+        method=method if weight is None else build_method(method or "isometric", weight=weight),
         format=format,
         memory=memory,
         charts=charts,

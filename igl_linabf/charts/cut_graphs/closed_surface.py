@@ -34,8 +34,6 @@ class ClosedSurface:
     hiding : (#E,) float64
         Visibility factor on the length of each edge: above 1 if a seam would be visible there, below 1 if it
         would be hidden.
-    flat_holes : (#h,) int64
-        The holes that a plane would fill: nothing unfolds better if they are cut.
     curvature, area : (n,) float64
         Angle defects, radians, and vertex areas.
     laplacian : SurfaceLaplacian
@@ -49,7 +47,6 @@ class ClosedSurface:
     node: IntArray
     edges: IntArray
     hiding: FloatArray
-    flat_holes: IntArray
     curvature: FloatArray
     area: FloatArray
     laplacian: SurfaceLaplacian
@@ -86,7 +83,6 @@ class ClosedSurface:
             node=node,
             edges=edges,
             hiding=creased.hiding[taken],
-            flat_holes=creased.flat_holes,
             curvature=np.asarray(2 * np.pi - np.bincount(node, component.angle_sums, n)),
             area=sum_by_index(node[topology.corner].ravel(), np.tile(double_area / 6, 3), n),
             laplacian=SurfaceLaplacian(n, node[topology.edges_inside], cotangent, weight),

@@ -89,7 +89,6 @@ class Contraction:
             node=label[fine.node],
             edges=fine.edges[edge],
             hiding=fine.hiding[edge],
-            flat_holes=fine.flat_holes,
             curvature=sum_by_index(label, fine.curvature, graph.n),
             area=sum_by_index(label, fine.area, graph.n),
             laplacian=_build_cluster_laplacian(fine, label, roots, forest.distance),

@@ -158,20 +158,19 @@ def prune_stubs(graph: SurfaceGraph, seam: IntArray, tips: IntArray) -> IntArray
 
 
 def join_terminals(
-    graph: SurfaceGraph, seam: IntArray, others: IntArray | None = None, whole: IntArray | None = None
+    graph: SurfaceGraph, seam: IntArray, others: IntArray | None = None, uncut: IntArray | None = None
 ) -> IntArray:
     """Join the holes, the nodes `others` and the seam by a tree of shortest paths.
 
-    The tree is a minimum spanning tree of the distances between them. The holes `whole` are not joined.
+    The tree is a minimum spanning tree of the distances between them. The holes `uncut` are not joined.
     """
     passed = np.zeros(graph.n, dtype=bool)
     passed[graph.ends[seam]] = True
     on_seam = np.flatnonzero(passed)
-    passed[: graph.n_holes] = True
+    holes = np.arange(graph.n_holes)
+    passed[holes if uncut is None else np.setdiff1d(holes, uncut)] = True
     if others is not None:
         passed[others] = True
-    if whole is not None:
-        passed[whole] = False
     terminals = np.flatnonzero(passed)
     if len(terminals) == 0:
         return seam

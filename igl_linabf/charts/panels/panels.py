@@ -259,7 +259,8 @@ def _find_opening(part: Submesh, tip: BoolArray, hidden: FloatArray | None) -> I
 
     `tip` is a mask of the vertices, (n,), that the edges have to reach. They pass beside flat holes.
     """
-    piece = ClosedSurface.of_creased(CreasedSurface(part, hidden))
+    creased = CreasedSurface(part, hidden)
+    piece = ClosedSurface.of_creased(creased)
     loops = open_handles(piece, 1) if piece.graph.genus else np.zeros(0, dtype=np.int64)
-    seam = join_terminals(piece.graph, loops, piece.node[tip[part.vertices]], piece.flat_holes)
+    seam = join_terminals(piece.graph, loops, piece.node[tip[part.vertices]], creased.flat_holes)
     return part.vertices[piece.edges[seam]]

@@ -219,11 +219,8 @@ class SeamSearch:
                 continue
             own = creased if component is surface else CreasedSurface(component, self.hidden)
             if is_open and loops > 1:
-                found.append(
-                    panels.of(k)
-                    if panels.cost[k] < self._measure_cost(own, panels.edges[:0])
-                    else panels.edges[:0]
-                )
+                if panels.cost[k] < np.inf and panels.cost[k] < self._measure_cost(own, panels.edges[:0]):
+                    found.append(panels.of(k))
             else:
                 found.append(self._find_seam_of_component(own, is_open, panels, k))
         if small:
