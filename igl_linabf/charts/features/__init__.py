@@ -1,6 +1,7 @@
 """Creases and curvature of a surface, and the visibility of seams.
 
-In: a surface. Out: dihedral angles, creases, curvature robust against noise; visibility factors of seams.
+Takes a surface. Returns its dihedral angles, its creases, its curvature without the effects of rounding, and
+factors on the lengths of visible and hidden seams.
 """
 
 from .constants import TIP_CURVATURE

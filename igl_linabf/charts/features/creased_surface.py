@@ -15,15 +15,15 @@ from . import constants
 from .curvature import component_extents, dihedral_angles, find_apexes, flat_shares
 from .visibility import hiding_factors
 
-FLAT_HOLE_TURN = 1e-3  # maximum deviation, radians, of the turning of a flat hole's boundary from -2 pi
-MAX_FLAT_HOLES = 300  # maximum number of holes that seams pass beside
+FLAT_HOLE_TURN = 1e-3  # maximum deviation from -2 pi, radians, of the total turning of a flat hole's boundary
+MAX_FLAT_HOLES = 300  # with more flat holes than this, seams do not avoid them
 PLANE_BEND = 1e-3  # maximum dihedral angle, radians, between coplanar faces
-MIN_CHART_HEIGHT = 1e-12  # minimum height of a face, over its longest side, that double precision can map
-MIN_DISK_CURVATURE = 0.02  # disks with a smaller sum of squared curvatures, in full turns, get no panels
+MIN_CHART_HEIGHT = 1e-12  # minimum ratio of a face's height to its longest side, for faces of panels
+MIN_DISK_CURVATURE = 0.02  # minimum sum of (angle defect / 2 pi)^2 of a curved disk with panels
 
 MIN_PLANE_SHARE = 1e-3  # minimum area of a large plane, as a share of the component's area
-PLANE_OVER_NEIGHBOURS = 2.0  # minimum area of a large plane, over the area of any smoothly adjacent plane
-TURN_OF_EXTENT = 1e-3  # cost of a path's length, in radians of turning per extent of the surface
+PLANE_OVER_NEIGHBOURS = 2.0  # minimum ratio of a large plane's area to that of a smoothly adjacent plane
+TURN_OF_EXTENT = 1e-3  # in the distance to a plane: radians that a path as long as the extent counts
 MAX_FILLET_TURN = np.deg2rad(60.0)  # maximum total turn of the normal from a plane to a face of its fillet
 
 
@@ -35,7 +35,7 @@ class CreasedSurface:
     ----------
     surface : Submesh
     hidden : (#F',) float64 or None
-        The `hiding_weights`, which state how well each of the caller's faces hides a seam.
+        How well each input face hides a seam, from -1 to 1 (see `hiding_weights`).
     """
 
     surface: Submesh
@@ -67,7 +67,7 @@ class CreasedSurface:
         return self.surface.topology.edges_inside
 
     def sides(self, rows: IntArray | BoolArray) -> tuple[IntArray, IntArray]:
-        """Return the corners at the two ends of the inner edges `rows`, (2, #E), in each of the two faces.
+        """Return the corners at both ends of the inner edges `rows`, (2, #E), in the first and second face.
 
         Corner k of face t has the number 3 t + k.
         """
@@ -76,11 +76,11 @@ class CreasedSurface:
         return np.stack((a[0], b[0])), np.stack((b[1], a[1]))
 
     def side_mask(self, rows: IntArray | BoolArray | slice) -> BoolArray:
-        """Return a mask, (#F, 3), of the sides from corner k to k + 1 that are the inner edges `rows`."""
+        """Return a mask, (#F, 3): `[f, k]` is True if side k to k + 1 of face f is an edge of `rows`."""
         surface = self.surface
         corner, face = np.divmod(surface.topology.sides[:, self.inside[rows]], len(surface.F))
         sides = np.zeros(surface.F.shape, dtype=bool)
-        sides[face, np.array(NEXT)[corner]] = True  # half-edge (k, t) is side k + 1 of triangle t
+        sides[face, np.array(NEXT)[corner]] = True  # half-edge k of a face starts at corner k + 1
         return sides
 
     @cached_property
@@ -110,7 +110,7 @@ class CreasedSurface:
 
     @cached_property
     def boundary_sides(self) -> BoolArray:
-        """Mask, (#F, 3), of the sides from corner k to k + 1 that are on the boundary."""
+        """Mask, (#F, 3): `[f, k]` is True if the side from corner k to k + 1 of face f is on the boundary."""
         return ~self.side_mask(slice(None))
 
     @cached_property
@@ -127,8 +127,8 @@ class CreasedSurface:
     def search_price(self) -> FloatArray:
         """The `price` of each inner edge in a search for seams.
 
-        A seam into a flat hole gains nothing. Its price is increased by the extent of the component, so that
-        the search finds seams that pass beside the hole.
+        Cutting into a flat hole saves no stretch. Therefore the extent of the component is added to the price
+        of an edge for each end at a flat hole, and the search finds seams that pass beside the hole.
         """
         if not len(self.flat_holes):
             return self.price
@@ -140,8 +140,9 @@ class CreasedSurface:
     def flat_holes(self) -> IntArray:
         """The boundary loops of holes that would be flat if they were filled, as indices of `topology.loops`.
 
-        By Gauss-Bonnet, the boundary of a hole in a developable surface turns by -2 pi. If there are many,
-        the array is empty, because the memory for a map grows with the number of uncut holes.
+        By Gauss-Bonnet, the boundary of a hole in a developable surface turns by -2 pi. With more than
+        `MAX_FLAT_HOLES` such holes, the array is empty, because the memory for a map grows with the number of
+        uncut holes.
         """
         loops = self.surface.topology.loops
         if not loops:
@@ -153,7 +154,7 @@ class CreasedSurface:
 
     @cached_property
     def hiding(self) -> FloatArray:
-        """Visibility factor on each inner edge's length: above 1 if visible, below 1 if hidden."""
+        """Factor on each inner edge's length: above 1 if a seam there is visible, below 1 if it is hidden."""
         if self.hidden is None:
             return np.ones(len(self.faces))
         return hiding_factors(self.surface, self.ends, self.length, self.hidden)
@@ -199,7 +200,7 @@ class CreasedSurface:
 
     @cached_property
     def nearest_plane(self) -> IntArray:
-        """The large plane nearest to each face by the turning of the normal; -1 if none is near."""
+        """The large plane that each face can be reached from with the least turning of the normal, or -1."""
         smooth, m = ~self.sharp, len(self.surface.F)
         turn = (self.crease_angle + TURN_OF_EXTENT * self.length / self.edge_extent)[smooth]
         indptr, indices, edge = shortest_edges(self.faces[smooth], turn, m)
@@ -241,7 +242,7 @@ class CreasedSurface:
 
     @cached_property
     def curvature(self) -> FloatArray:
-        """The absolute angle defect of each vertex; 0 on the boundary, and if rounding may be its cause."""
+        """The absolute angle defect of each vertex; 0 on the boundary and where rounding may cause it."""
         surface, n = self.surface, len(self.surface.V)
         size = np.abs(2 * np.pi - surface.angle_sums)
         size[np.concatenate([*surface.topology.loops, np.zeros(0, dtype=np.int64)])] = 0.0
@@ -287,7 +288,7 @@ class CreasedSurface:
         return flat_shares(self.surface, self.label)
 
     def sum_per_component(self, vertices: BoolArray, weight: FloatArray | None = None) -> FloatArray:
-        """Return the number of vertices in a mask, or the sum of their weights, for each component."""
+        """Return for each component the number of vertices in a mask, or the sum of their weights."""
         own = None if weight is None else weight[vertices]
         return np.asarray(np.bincount(self._component_of_vertex[vertices], own, len(self.extent)))
 

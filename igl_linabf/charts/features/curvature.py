@@ -7,7 +7,7 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Ragged, Submesh, connected_labels, sum_by_index
 from . import constants
 
-# Minimum height of a face with a reliable normal, in rounding errors of its coordinates.
+# Minimum height of a face with a reliable normal, in units of the rounding error of its coordinates.
 MIN_SURE_HEIGHT = 100.0
 MAX_UNSURE_ROW = 8  # maximum number of adjacent slivers that take the normal of the same neighbour
 BEND_ROUNDING = 1e-5  # dihedral angle, radians, that rounding can cause between coplanar faces
@@ -30,17 +30,17 @@ class Smoothing:
     def __init__(self, component: Submesh, edges: IntArray, length: FloatArray) -> None:
         n = len(component.V)
         indptr, indices, _ = symmetric_pattern(edges.T, n)
-        # the upper triangle of the matrix of ones at adjacent vertices and on the diagonal
+        # the upper triangle of the adjacency matrix plus the identity
         self._matrix = indptr, indices, np.ones(len(indices))
         self._number = np.diff(indptr) + np.bincount(indices, minlength=n) - 1.0
         self._length = float(np.median(length)) if len(length) else np.inf
 
     def steps(self, reach: float, most: int) -> int:
-        """Return the number of smoothing steps for the distance `reach`, at most `most`."""
+        """Return the number of smoothing steps, at most `most`, that average over the distance `reach`."""
         return min(round((reach / self._length) ** 2), most)
 
     def of(self, values: FloatArray, steps: int) -> FloatArray:
-        """Return values at the vertices, (#V,) or (#V, 2), after `steps` smoothing steps."""
+        """Smooth values at the vertices, (#V,) or (#V, 2), by a number of averaging steps."""
         pairs = values if values.ndim > 1 else np.column_stack((values, np.zeros(len(values))))
         for _ in range(steps):
             pairs = symmetric_product(*self._matrix, pairs) / self._number[:, None]

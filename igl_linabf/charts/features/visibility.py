@@ -1,6 +1,6 @@
 """The visibility of seams: weights of faces and factors on edge lengths, which hide seams where requested.
 
-The weights of faces are averaged over the distance `SMOOTHING_REACH`, so that noise and single faces do not
+The weights of faces are averaged over the distance `SMOOTHING_REACH`. Therefore noise and single faces do not
 matter.
 
 Seams can be hidden on the back of a body if its shape shows where the back is. A head has eyes, nose and
@@ -22,15 +22,15 @@ from ...surface import Submesh, sum_by_index
 from . import constants
 from .curvature import Smoothing, dihedral_angles, flat_share, mean_curvature
 
-HIDING = 3.0  # factor on the length of edges in full view, and divisor of the length of hidden edges
+HIDING = 3.0  # multiplies the length of seams in full view, and divides the length of hidden seams
 HIDING_ON_BACK = 2.0  # `HIDING` for hide="back"; lower, because the back is only estimated
-MIN_BODY_SHARE = 0.01  # a component with a smaller share of all triangles is hidden nowhere
+MIN_BODY_SHARE = 0.01  # for hide="back", ignore components with a smaller share of all triangles
 MIN_DETAILED_FACES = 300  # the front side is not determined for components with fewer triangles
 FINE_SCALE = 0.01  # scale of details, relative to the square root of the area
 COARSE_SCALE = 0.05  # scale of limbs, relative to the square root of the area
 MAX_SALIENCE_STEPS = 60  # maximum number of smoothing steps for the coarse scale
-CLEAR_FRONT = 0.1  # minimum length of the salience-weighted mean normal if the front is unambiguous
-MIN_FRONT_SHARE = 0.1  # minimum share of `CLEAR_FRONT` for a component with a front
+CLEAR_FRONT = 0.1  # length of the salience-weighted mean normal from which the front is unambiguous
+MIN_FRONT_SHARE = 0.1  # a component has no front if that length is below this share of `CLEAR_FRONT`
 
 SMOOTHING_REACH = 0.02  # smoothing distance of the visibility of faces, in square roots of the area
 MAX_SMOOTHING_STEPS = 30  # maximum number of smoothing steps of the visibility of faces
@@ -41,8 +41,8 @@ Hiding = ArrayLike | Literal["back"]
 def hiding_weights(surface: Submesh, hide: Hiding | None, face: IntArray) -> FloatArray | None:
     """Return how well each triangle hides a seam, from -1 to 1; None if `hide` is None.
 
-    `hide` is a direction, (3,), a weight for each of the caller's faces, or "back". `face` is the caller's
-    face of each triangle.
+    `hide` is a direction, (3,), a weight for each input face, or "back". `face` is the input face that each
+    triangle is part of.
     """
     if hide is None:
         return None
@@ -69,7 +69,7 @@ def hiding_weights(surface: Submesh, hide: Hiding | None, face: IntArray) -> Flo
 
 
 def _find_backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
-    """Return how well triangles hide seams, which is positive on the backs of components with a front."""
+    """Return how well each triangle hides a seam: positive on a body's back, 0 if its front is unknown."""
     if hide != "back":
         raise MeshError(f'hide is {hide!r}: pass "back", a direction, (3,), or a weight a face')
     made, as_hidden = np.zeros(n_faces), np.log(HIDING_ON_BACK) / np.log(HIDING)
@@ -83,9 +83,9 @@ def _find_backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
 
 
 def _measure_facing_away(component: Submesh) -> FloatArray:
-    """Return how far each face looks away from the front: minus a cosine, or 0 if there is no front.
+    """Return minus the cosine between each face's normal and the front direction; 0 if there is no front.
 
-    If the front is not clear, the values are scaled down.
+    The values are scaled down if the front is ambiguous.
     """
     nowhere = np.zeros(len(component.F))
     if len(component.F) < MIN_DETAILED_FACES:
@@ -95,7 +95,7 @@ def _measure_facing_away(component: Submesh) -> FloatArray:
         return nowhere
     double_area, salience = component.measured[0], _compute_salience(component, bend)[component.F].sum(axis=1)
     a, b, c = component.V[component.F.T]
-    normal = np.cross(b - a, c - a)  # length is twice the area
+    normal = np.cross(b - a, c - a)  # its length is twice the area of the face
     looking = salience @ normal
     length, clear = float(np.linalg.norm(looking)), CLEAR_FRONT * float(salience @ double_area)
     if not MIN_FRONT_SHARE * clear < length < np.inf:
@@ -109,7 +109,7 @@ def _compute_salience(component: Submesh, bend: FloatArray) -> FloatArray:
     topology = component.topology
     edges = topology.edges[topology.sides[1] >= 0]
     length = lengths(component.V, edges)
-    turned = np.column_stack(mean_curvature(component, edges, length, bend))  # integrals and areas
+    turned = np.column_stack(mean_curvature(component, edges, length, bend))  # columns: integral, area
     smoothing, size = Smoothing(component, edges, length), float(np.sqrt(turned[:, 1].sum()))
     coarse = max(smoothing.steps(COARSE_SCALE * size, MAX_SALIENCE_STEPS), 1)
     fine = max(round(coarse * (FINE_SCALE / COARSE_SCALE) ** 2), 1)
@@ -137,7 +137,7 @@ def _measure_facing(surface: Submesh, direction: FloatArray) -> FloatArray:
 
 
 def hiding_factors(surface: Submesh, edges: IntArray, length: FloatArray, hidden: FloatArray) -> FloatArray:
-    """Return the factor on the length of a seam at each inner edge.
+    """Return the factor on the length of each inner edge, below 1 where a seam is hidden.
 
     On fine meshes, the `hiding_weights` are averaged over the distance `SMOOTHING_REACH`.
 
@@ -147,7 +147,7 @@ def hiding_factors(surface: Submesh, edges: IntArray, length: FloatArray, hidden
     edges : (#E, 2) int64
     length : (#E,) float64
     hidden : (#F',) float64
-        The `hiding_weights` of the caller's faces.
+        The `hiding_weights` of the input faces.
     """
     own, double_area = hidden[surface.faces], surface.measured[0]
     smoothing = Smoothing(surface, edges, length)

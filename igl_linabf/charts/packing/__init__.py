@@ -1,6 +1,6 @@
 """Pack charts onto pages.
 
-Input: flat charts. Output: the page, position and turn of each chart, at one common scale.
+Takes flat charts. Returns the page, position and rotation of each chart, and one common scale.
 """
 
 from .common_pages import pack_together

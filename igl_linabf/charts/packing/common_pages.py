@@ -26,13 +26,13 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
     atlases : sequence of Atlas
         Atlases returned by `unwrap`.
     packing : Packing, optional
-        Its texel density applies to all surfaces.
+        Options of the common pages. The texel density applies to all surfaces.
 
     Returns
     -------
     list of Atlas
-        The same atlases with new `TC`, `page`, `scale` and `fill`, which is each atlas' own share of the
-        common pages. The `cost` of the pages is the cost of all common pages.
+        The same atlases with new `TC`, `page`, `scale` and `fill`. The fill is the share of the common pages
+        that the atlas covers. The page cost of each atlas is the cost of all common pages.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
 
 
 def _extract_charts(atlas: Atlas) -> tuple[list[tuple[FloatArray, IntArray]], IntArray]:
-    """Return the charts of an atlas at the scale of the surface, and the rows of `TC` of each chart."""
+    """Return the charts of an atlas in the surface's units of length, and the rows of `TC` of each chart."""
     n = len(atlas.charts)
     if not n:
         return [], np.zeros(0, dtype=np.int64)

@@ -1,6 +1,6 @@
 """Constants that several modules of `packing` share."""
 
-MIN_SHAPED_AREA = 1 / 1600  # minimum share of the total area of a chart that is not treated as a rectangle
+MIN_SHAPED_AREA = 1 / 1600  # charts with a smaller share of the total area are packed as rectangles
 COARSE_TURNS = 8  # number of rotations of each chart that are tried on coarse grids
-EXPECTED_FILL = 0.62  # expected fill of a page, which sets the scale of the first grid
-GROWING_ROOM = 1.3  # initial side of the search grid over its expected side; also its growth per trial
+EXPECTED_FILL = 0.62  # expected covered share of a page, which sets the scale of the first grid
+GROWING_ROOM = 1.3  # factor on the expected side of the search grid, and on its side after each failed trial

@@ -1,4 +1,4 @@
-"""Charts, with their maps, that can be cut between polygons."""
+"""Represent a chart by its map so that it can be cut along edges between polygons."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from ..features import CreasedSurface
 from ..least_cuts import divide_at_least_cut, terminals_beside_line
 from .outlines import Outline, rectangles
 
-MIN_MAP_AREA = 1e-12  # minimum area of a part in the map, over its area on the surface, to have an outline
+MIN_MAP_AREA = 1e-12  # a part with a smaller ratio of map area to surface area gets no outline
 HULL_DIRECTIONS = 32  # directions whose extreme points approximate the convex hull of a chart
 
 _angle = 2 * np.pi / HULL_DIRECTIONS * np.arange(HULL_DIRECTIONS)
@@ -24,7 +24,7 @@ OUTWARDS = np.stack((np.cos(_angle), np.sin(_angle)))  # unit vectors around the
 
 @dataclass(frozen=True, eq=False)
 class FlatChart:
-    """A chart, or a part of a chart, with its map, which can be cut between atoms.
+    """A chart, or a part of a chart, with a map that can be cut between atoms.
 
     An atom is a polygon or, on a body with planes, the faces of the chart in one plane.
 
@@ -84,12 +84,12 @@ class FlatChart:
 
     @cached_property
     def ends(self) -> IntArray:
-        """The vertices of each edge that may be cut, (#E, 2). The first of its `sides` is on the left."""
+        """The vertices of each edge that may be cut, (#E, 2), with the atom `sides[0]` on the left."""
         return np.asarray(self.piece.topology.edges_inside[self._between])
 
     @cached_property
     def rim(self) -> tuple[IntArray, IntArray]:
-        """The vertices of the boundary edges, (#B, 2), and the polygon or plane on the left of each."""
+        """The vertices of the boundary edges, (#B, 2), and the atom (polygon or plane) left of each edge."""
         topology = self.piece.topology
         at = topology.sides[1] < 0
         return topology.edges[at], self.atom[topology.sides[0, at] % len(self.piece.F)]
@@ -118,9 +118,9 @@ class FlatChart:
         return float(np.linalg.norm(np.ptp(self.uv, axis=0)))
 
     def divide_at_line(self, along: FloatArray, band: float) -> BoolArray:
-        """Return a mask of the polygons or planes on one side of the cheapest seam near a line, (#P,).
+        """Return a mask, (#P,), of the atoms (polygons or planes) beyond the cheapest seam near a line.
 
-        `along` has the signed distance of each polygon or plane from the line, (#P,).
+        `along` has the signed distance of each atom from the line, (#P,).
         """
         return divide_at_least_cut(self.sides, self.prices, terminals_beside_line(along, band))
 
@@ -128,7 +128,7 @@ class FlatChart:
         """Cut the chart along the border of the atoms in the mask `side`, (#P,), and return the parts.
 
         The map of each part is scaled to the part's area on the surface. Parts are sorted by their first
-        faces, as in `AtomGroups.outlines`.
+        faces, in the same order as in `AtomGroups.outlines`.
         """
         piece = self.piece
         parts = sorted(piece.divided(side[self.atom]), key=lambda part: int(part.faces[0]))
@@ -140,12 +140,12 @@ class FlatChart:
         ]
 
     def atoms(self) -> "AtomGroups":
-        """Return groups of one atom (polygon or plane) each."""
+        """Return `AtomGroups` in which each atom (polygon or plane) is a group."""
         alone = np.arange(len(self.centre))
         return AtomGroups(self, alone, self.centre, np.ones(len(self.sides[0]), dtype=bool))
 
     def groups(self, squares: int) -> "AtomGroups":
-        """Group the connected atoms in each square of a grid with `squares` squares along the chart.
+        """Group the connected atoms in each square of a grid that divides the chart's side into `squares`.
 
         If there are at most as many atoms as squares, each atom is a group.
         """
@@ -201,7 +201,7 @@ class AtomGroups:
         return np.stack([np.bincount(self.label, area) for area in self.chart.areas])
 
     def outlines(self, beyond: BoolArray) -> list[list[Outline]]:
-        """Return the outlines of the parts for each of several cuts.
+        """Return the outlines of the chart's parts for each of several alternative cuts.
 
         `beyond`, (#cuts, #G), is a mask of the groups on one side of each cut. If a part is a single
         triangle, or has no area in the map, the list of its cut is empty.
@@ -211,7 +211,7 @@ class AtomGroups:
         ends = np.empty((*cut.shape, 2), dtype=np.int64)
         ends[...] = self.sides.T + n * np.arange(cuts)[:, None, None]
         by, edge = np.nonzero(cut)
-        ends[by, edge, 1] = ends[by, edge, 0]  # an edge on the cut does not connect two groups
+        ends[by, edge, 1] = ends[by, edge, 0]  # a self-loop, because the cut separates the two groups
         part = connected_labels(ends.reshape(-1, 2), n * cuts)
         rim, atom = self.chart.rim
         seam = self.chart.ends[self.is_border][edge]
@@ -228,10 +228,10 @@ class AtomGroups:
 
 
 def make_whole_outlines(charts: Sequence[FlatChart]) -> list[Outline]:
-    """Return the outlines of charts, each at the scale of its own area and turned to its narrowest rectangle.
+    """Return the outlines of charts, scaled to their areas on the surface and turned to narrow rectangles.
 
-    The rectangle's lower left corner is at the origin. If any chart has no area in the map, the list is
-    empty.
+    The lower left corner of each chart's rectangle is at the origin. If any chart has no area in its map, the
+    list is empty.
     """
     sides = Ragged.of_sizes([len(chart.rim[0]) for chart in charts])
     ends = np.concatenate([chart.z[chart.rim[0]] for chart in charts])
@@ -240,7 +240,7 @@ def make_whole_outlines(charts: Sequence[FlatChart]) -> list[Outline]:
 
 
 def _require_all(outlines: list[Outline | None]) -> list[Outline]:
-    """Return the outlines; an empty list if any is None."""
+    """Return the outlines, or an empty list if any of them is None."""
     has = [outline for outline in outlines if outline is not None]
     return has if len(has) == len(outlines) else []
 
@@ -248,7 +248,7 @@ def _require_all(outlines: list[Outline | None]) -> list[Outline]:
 def _make_outlines(
     ends: ComplexArray, sides: Ragged, own: FloatArray, mapped: FloatArray
 ) -> list[Outline | None]:
-    """Return the outlines of parts with the given sides, (2, #S), at the scale of their own areas.
+    """Return the outlines of parts with the given boundary, (2, #S), scaled to their areas on the surface.
 
     The outline of a part without area in the map is None.
     """

@@ -1,8 +1,8 @@
 """Search for positions and rotations of charts on pages, using masks of the grid cells that charts touch.
 
-Charts are placed one after another, the largest first. Each chart goes where the square that holds all
-charts grows least and, among such places, nearest to the corner. A coarse grid chooses among many turns of
-each chart. The layout is repeated on a fine grid with fixed turns.
+Charts are placed one after another, the largest first. Each chart is placed where the square around all
+placed charts grows least and, among such places, nearest to the corner. Many rotations of each chart are
+tried on a coarse grid. The layout is then repeated on a fine grid with the chosen rotations.
 """
 
 from __future__ import annotations
@@ -19,31 +19,32 @@ from .constants import COARSE_TURNS, EXPECTED_FILL, GROWING_ROOM, MIN_SHAPED_ARE
 from .outlines import ChartMasks, Outline, rasterize_outlines
 from .spacing import Spacing
 
-# Maximum number of charts that are placed by their shapes. Smaller charts are placed as rectangles.
+# Maximum number of charts that are packed by their outlines. Smaller charts are packed as rectangles.
 MAX_SHAPED_CHARTS = 100
-RECTANGLE_FILL = 0.9  # minimum fill of a chart's bounding rectangle for which only 90 degree turns are tried
+RECTANGLE_FILL = 0.9  # charts that fill more of their rectangle are turned by 90 degrees only
 COARSE_GRID = 64  # cells along the page's side when the rotations of charts are chosen
 FINE_GRID = 448  # cells along the page's side in the final layout
-# Try the next coarse layout if the side of the fine layout exceeds the best coarse side by this factor.
+# Refine the next coarse layout, too, if the fine page is larger than the best coarse page by this factor.
 CLOSE_SIDE = 1.02
 FINE_SLACK = 0.002  # relative enlargement of the page in the first fine trial; doubled in each further trial
 MAX_FINE_TRIALS = 8  # number of trials of a layout on the fine grid
 SIDE_HALVINGS = 7  # number of bisection steps that minimise the side of the pages
-MAX_SIDE_RATIO = 1e3  # maximum side over its lower bound; at larger sides, the gaps leave no room
+MAX_SIDE_RATIO = 1e3  # give up at this multiple of the page side's lower bound: the gaps leave no room
 
 Turns = Sequence[ComplexArray] | ComplexArray  # for each chart, the rotations to try
 
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """The positions and turns of charts on pages, in the units of the charts.
+    """The positions and rotations of charts on pages, in the units of the charts.
 
     Attributes
     ----------
     turn : (#C,) complex128
+        The rotation of each chart, a unit complex number.
     page : (#C,) int64
     corner : (#C,) complex128
-        The position of the turned chart's origin, relative to the page's lower left corner.
+        The position of the rotated chart's origin, relative to the page's lower left corner.
     side : float
         The width of a page. Gaps between charts are shares of its width and height.
     """
@@ -56,7 +57,7 @@ class Layout:
 
 @dataclass(frozen=True, eq=False)
 class Charts:
-    """Charts to lay out, turned to their narrowest rectangles, whose lower left corners are at the origin.
+    """Charts to lay out, rotated to their narrowest rectangles, with lower left corners at the origin.
 
     Attributes
     ----------
@@ -77,19 +78,19 @@ class Charts:
     fixed: bool = False
 
     def least_side(self, aspect: float) -> float:
-        """Return a lower bound of the page width: no chart on a page is longer than the diagonal."""
+        """Return a lower bound of the page width, because no chart on a page is longer than its diagonal."""
         return float(self.sizes.max() / np.hypot(1, aspect))
 
     def turns(self, number: int) -> list[ComplexArray]:
-        """Return the turns of each chart to try: `list_turns`, or only the identity if charts are fixed."""
+        """Return the rotations to try for each chart: `list_turns`, or the identity if charts are fixed."""
         if self.fixed:
             return [np.ones(1, dtype=np.complex128)] * len(self.areas)
         return list_turns(self.areas, self.sizes, float(self.areas.sum()), number, self.upright)
 
     def select_shaped(self) -> IntArray:
-        """Return the charts that are placed by their shapes: at most `MAX_SHAPED_CHARTS`, largest first.
+        """Return the charts that are packed by their outlines: at most `MAX_SHAPED_CHARTS`, largest first.
 
-        All other charts are placed as rectangles in the gaps.
+        All other charts are packed as rectangles into the gaps.
         """
         areas: FloatArray = self.areas
         if len(areas) <= MAX_SHAPED_CHARTS:
@@ -103,9 +104,9 @@ def list_turns(
 ) -> list[ComplexArray]:
     """Return `number` evenly spaced rotations for each chart, but at most four for rectangular charts.
 
-    Long rectangles have all rotations, because they may fit along a page's diagonal. `total` is the total
-    area of the layout. Opposite rotations are adjacent in the list, because the mask of a chart for one of
-    them is the mask for the opposite one, rotated by 180 degrees.
+    Long rectangles get all rotations, because they may fit along a page's diagonal. `total` is the total area
+    of all charts. Opposite rotations are adjacent in the list, because a chart's mask at one of the two
+    rotations is its mask at the other, rotated by 180 degrees.
     """
     quarters = min(number, 4)
     rectangular = areas > RECTANGLE_FILL * sizes.prod(axis=1)
@@ -117,7 +118,7 @@ def list_turns(
 
 
 def find_fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | None) -> Layout | None:
-    """Lay out charts on pages of the given side; None if they do not fit.
+    """Lay out charts on pages of the given side; return None if they do not fit.
 
     At most `pages` pages are used; None means any number.
     """
@@ -130,7 +131,7 @@ def find_fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int 
 
 
 def find_largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
-    """Lay out charts on the smallest possible pages; None if the gaps leave no room."""
+    """Lay out charts on the smallest possible pages; return None if the gaps leave no room for charts."""
     return _convert_aspect(_search_largest_layout(charts, spacing, pages), spacing)
 
 
@@ -161,7 +162,7 @@ def _search_largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layo
 def _bisect_side(
     charts: Charts, shaped: IntArray, turns: Turns, spacing: Spacing, pages: int
 ) -> Layout | None:
-    """Find the layout on pages of the shortest side by bisection, with the given turns."""
+    """Find the smallest pages by bisection and return the layout on them, with the given rotations."""
     aspect = spacing.aspect
     least = (
         np.sqrt(charts.areas.sum() / aspect / pages),
@@ -186,9 +187,9 @@ def _bisect_side(
 
 @dataclass(frozen=True, eq=False)
 class _PlacedCharts:
-    """Charts, a subset of `n`, that are placed on the grids of pages, with `cells` cells per unit of length.
+    """Some of `n` charts, placed on grids with `cells` cells per unit of length.
 
-    `extents` has the number of columns and rows that the charts take on each page.
+    `extents` has the number of grid columns and rows that the charts occupy on each page.
     """
 
     n: int
@@ -198,7 +199,7 @@ class _PlacedCharts:
     extents: IntArray
 
     def layout(self, order: IntArray, side: float) -> Layout:
-        """Return the layout of the charts `order`; all other charts are at the origin of the first page."""
+        """Return the layout, in which charts outside `order` are at the origin of the first page."""
         k, page, x, y = self.places.T
         turn, corner = np.ones(self.n, dtype=np.complex128), np.zeros(self.n, dtype=np.complex128)
         number = np.zeros(self.n, dtype=np.int64)
@@ -211,8 +212,8 @@ class _PlacedCharts:
 class _SquareLayout:
     """A layout on one page, and the square around its charts.
 
-    Gaps are shares of `side`. On a shorter page they would be wider than necessary, and on a longer page too
-    narrow.
+    The gaps between charts are shares of `side`. On a smaller page they would be wider than necessary, and on
+    a larger page too narrow.
     """
 
     placed: _PlacedCharts
@@ -230,7 +231,7 @@ class _SquareLayout:
 
 
 def _find_coarse_layouts(charts: Charts, shaped: IntArray, spacing: Spacing) -> list[_SquareLayout]:
-    """Return layouts on two coarse grids, best first."""
+    """Return the layouts of charts on two coarse grids, smallest page first."""
     areas = charts.areas[shaped]
     order = np.argsort(-areas, kind="stable")
     turns, found = charts.turns(COARSE_TURNS), list[_SquareLayout]()
@@ -240,16 +241,16 @@ def _find_coarse_layouts(charts: Charts, shaped: IntArray, spacing: Spacing) -> 
         masks = _draw_masks(charts, shaped[order], turns, side, COARSE_GRID, spacing)
         found.append(_make_square_layout(charts, shaped[order], masks, side, COARSE_GRID, spacing))
         least = found[-1].needed
-        # retry with the required page width or, if the width is the same, on a grid that rounds differently
+        # retry with the required page width or, if it is nearly the same, with a slightly different grid
         side *= 0.985 if abs(least / side - 1) < 0.005 else least / side
     return sorted(found, key=lambda entry: entry.needed)
 
 
 def _refine_layout(charts: Charts, coarse: list[_SquareLayout], spacing: Spacing) -> Layout | None:
-    """Return the best coarse layout, repeated on a fine grid; None if none fits its page.
+    """Repeat the best coarse layout on a fine grid; return None if no layout fits its page.
 
-    On the fine grid, a chart may just fail to fit into the bay of another chart, which makes the square much
-    larger. If this happens, the next coarse layout is tried.
+    On the fine grid, a chart may narrowly fail to fit into a concavity of another chart, and the page becomes
+    much larger. If this happens, the next coarse layout is tried.
     """
     found: list[_SquareLayout] = []
     for entry in coarse:
@@ -273,7 +274,7 @@ def _refine_layout(charts: Charts, coarse: list[_SquareLayout], spacing: Spacing
 def _draw_masks(
     charts: Charts, chosen: IntArray, turns: Turns, side: float, grid: int, spacing: Spacing
 ) -> ChartMasks:
-    """Draw the masks of the chosen charts on pages of this side, with `grid` cells along it."""
+    """Rasterise the chosen charts for pages of width `side` that have `grid` cells along the side."""
     which, gap = chosen.tolist(), spacing.gap * grid
     outlines, own = [charts.outlines[i] for i in which], [turns[i] for i in which]
     return ChartMasks.of(rasterize_outlines(outlines, own, grid / side, gap, spacing.aspect))
@@ -293,7 +294,7 @@ def _make_square_layout(
 
 
 def _place_charts(n: int, masks: ChartMasks, cells: float, side: int, pages: int) -> _PlacedCharts | None:
-    """Place some of `n` charts with `ChartMasks.place`; None if there is no room for all of them."""
+    """Place some of `n` charts with `ChartMasks.place`; return None if they do not all fit."""
     places, extents = masks.place(side, pages, masks.spans)
     if len(places) and places[-1, 0] < 0:
         return None
@@ -303,9 +304,9 @@ def _place_charts(n: int, masks: ChartMasks, cells: float, side: int, pages: int
 def _place_on_pages(
     charts: Charts, shaped: IntArray, turns: Turns, side: float, spacing: Spacing, pages: int | None
 ) -> Layout | None:
-    """Place charts on pages of this side: some by their shapes, and the rest as rectangles in the gaps.
+    """Place charts on pages of this side: some by their outlines, and the rest as rectangles in the gaps.
 
-    The rectangles lie on their longer sides and are placed on shelves, highest first.
+    The longer side of each rectangle is horizontal. Rectangles are placed in rows, tallest first.
     """
     n, grid = len(charts.outlines), FINE_GRID
     gap, cells = spacing.gap * grid, grid / side

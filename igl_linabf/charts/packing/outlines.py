@@ -1,4 +1,4 @@
-"""Outlines of charts, their bounding rectangles, and their masks: the cells of a page that they touch."""
+"""Compute outlines of charts, bounding rectangles, and masks, which are the grid cells that charts touch."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from ...surface import Ragged
 
 
 def rectangles(z: ComplexArray, charts: Ragged) -> tuple[ComplexArray, ComplexArray]:
-    """Return the lower left corners of the bounding rectangles of charts, and width + i height."""
+    """Return the bounding rectangles of charts: lower left corners, and sizes as width + i height."""
     low = charts.min(z.real) + 1j * charts.min(z.imag)
     return low, charts.max(z.real) + 1j * charts.max(z.imag) - low
 
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """The boundary edges of a chart in the plane: the sides of its triangles that do not cancel out.
+    """The outline of a flat chart: the triangle sides that do not cancel with an opposite side.
 
     Attributes
     ----------
     start, end : (#S,) complex128
-        The chart is on the left of each edge.
+        The ends of each edge. The chart is on the left.
     weight : (#S,) int64
         Number of triangles on the left minus the number on the right; 1 in an oriented manifold.
     area : float
@@ -41,7 +41,7 @@ class Outline:
 
 @dataclass(frozen=True, eq=False)
 class Masks:
-    """The cells that a chart touches at each of several rotations.
+    """The grid cells that a chart touches at each of several rotations.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ NO_MASKS = Masks(
 
 @dataclass(frozen=True, eq=False)
 class ChartMasks:
-    """The masks of several charts, in concatenated arrays of `Masks`.
+    """The masks of several charts, with the arrays of their `Masks` concatenated.
 
     The *place* of a chart consists of four numbers: its mask, and the page, column and row of the mask's
     lower left cell. All four are -1 if there was no room for the chart.
@@ -116,18 +116,18 @@ class ChartMasks:
     def place(self, side: int, pages: int, spans: IntArray) -> tuple[IntArray, IntArray]:
         """Place charts one after another, each with one of its candidate masks, on at most `pages` pages.
 
-        A page has `side` cells along it.
+        A page has `side` x `side` cells.
 
         Returns
         -------
         places : (#spans, 4) int64
         extents : (#pages, 2) int64
-            Cells that the charts of each page take, counted from the left and from below.
+            Number of columns, from the left, and rows, from below, that the charts of each page occupy.
         """
         return place_masks(side, pages, spans, self.shapes, self.blocks, self.start)
 
     def find_taken_cells(self, side: int, places: IntArray) -> BoolArray:
-        """Return a mask of the cells, (#pages, side, side), that charts at these places take."""
+        """Return a mask of the cells, (#pages, side, side), that charts at these places occupy."""
         return occupied_cells(side, places, self.blocks, self.start)
 
 
@@ -136,12 +136,12 @@ def outlines(z: ComplexArray, F: IntArray, vertices: Ragged, area: FloatArray) -
     tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()
     key = np.sort((np.minimum(tail, head) * len(z) + np.maximum(tail, head)) * 2 + (tail > head))
     first = np.flatnonzero(np.diff(key // 2, prepend=-1))
-    # number of triangle sides along each edge towards the higher index, minus those towards the lower index
+    # for each edge: number of triangle sides that run to the higher index, minus number of opposite sides
     net = np.add.reduceat(1 - 2 * (key % 2), first) if len(key) else key
     left = net != 0
     (low, high), net = np.divmod(key[first[left]] // 2, len(z)), net[left]
     start, end = np.where(net > 0, low, high), np.where(net > 0, high, low)
-    bounds = np.searchsorted(low, vertices.start)  # edges are sorted by their lower vertex
+    bounds = np.searchsorted(low, vertices.start)  # edge ranges of charts, as edges are sorted by `low`
     weight = np.abs(net)
     return [
         Outline(z[start[i:j]], z[end[i:j]], weight[i:j], float(a))
@@ -156,10 +156,10 @@ def rasterize_outlines(
     gap: float,
     aspect: float = 1.0,
 ) -> list[Masks]:
-    """Return the cells that charts touch at each of their rotations, widened by half a gap on all four sides.
+    """Return the cells that charts touch at each of their rotations, after widening them by half a gap.
 
-    Charts whose masks share no cell are at least the gap apart, in u or in v. The gap is in cells, whose
-    height is `aspect` times their width.
+    Charts whose masks share no cell are at least `gap` cells apart, in u or in v. The height of a cell is
+    `aspect` times its width.
     """
     if not outlines:
         return []
@@ -192,7 +192,7 @@ def _half_gap(gap: float) -> float:
 def _draw_masks_in_low_cells(
     outline: Outline, turns: ComplexArray, cells_per_unit: float, gap: float, aspect: float
 ) -> Masks:
-    """Return the masks of one outline in cells that are not square: turn it first, then scale its height."""
+    """Return the masks of an outline on cells that are not square: rotate it, then scale its height."""
     n, number = len(outline.start), len(turns)
     start, end = (
         _scale_height(np.multiply.outer(turns, ends), aspect).ravel() for ends in (outline.start, outline.end)

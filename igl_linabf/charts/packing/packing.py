@@ -1,4 +1,4 @@
-"""Pack charts onto pages at one common scale: the caller's request, and the placed charts."""
+"""Pack charts onto pages at one common scale."""
 
 from __future__ import annotations
 
@@ -25,28 +25,28 @@ from .layout_search import Charts, Layout, find_fixed_layout, find_largest_layou
 from .outlines import outlines, rectangles
 from .spacing import Packing, Spacing, page_size, resolve_packing
 
-HALF_FULL = 0.5  # default of `Packing.cut_below` without a resolution
+HALF_FULL = 0.5  # default of `Packing.cut_below` if no resolution is given
 FIRST_UDIM_TILE = 1001
-UDIM_ROW = 10  # pages side by side: UDIM tile 1001 + k is in column k % 10
-SINGLE_CHART_TURNS = 1_000  # rotations within 90 degrees that are tried for the smallest page of one chart
-MAX_HULL_POINTS = 2_000  # maximum number of points of the convex hull that are rotated
+UDIM_ROW = 10  # number of pages in a row: UDIM tile 1001 + k is in column k % 10
+SINGLE_CHART_TURNS = 1_000  # rotations within 90 degrees that are tried for a single chart
+MAX_HULL_POINTS = 2_000  # maximum number of convex hull points that are rotated to size a page
 
 
 @dataclass(frozen=True, eq=False)
 class PackedChart:
-    """A chart on its page. The chart's point u + iv is at `ratio * (u + iv) + shift`, in page widths.
+    """A chart on its page. Its point u + iv is placed at `ratio * (u + iv) + shift`, in page widths.
 
     Attributes
     ----------
     ratio : complex
-        Turn and scale. Its absolute value is the common scale of all charts.
+        Rotation and scale. The absolute value is the common scale of all charts.
     shift : complex
     uv : (#V, 2) float64
         Coordinates on the page, in page widths and heights; NaN at vertices without faces.
     area : float
         Area on the page, as a share of the page.
     page : int
-        Page k is the square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.
+        Index of the page. Page k is the unit square at (k % 10, k // 10), UDIM tile 1001 + k.
     """
 
     ratio: complex
@@ -67,9 +67,9 @@ def pack_charts(
         Coordinates (#V, 2) float and triangles (#F, 3) int of each chart, at the relative scale that
         they keep (usually the scale of their 3-D areas).
     packing : Packing, optional
-        Its texel density is per unit of length of `uv`.
+        Packing options. The texel density is per unit of length of `uv`.
     rotate : bool
-        Whether charts may be turned. Otherwise they are only moved and scaled.
+        Whether charts may be rotated. Otherwise they are only moved and scaled.
 
     Returns
     -------
@@ -107,7 +107,7 @@ def pack_charts(
 
 @dataclass(frozen=True)
 class PackingRequest:
-    """The caller's packing options, in units of the charts.
+    """Packing options, converted to the charts' units of length.
 
     Attributes
     ----------
@@ -121,13 +121,13 @@ class PackingRequest:
     upright : bool
         Turn charts by quarter turns only, if there are several.
     unit : float
-        Length of the caller's unit, in units of the charts.
+        Length of the input's unit, in units of the charts.
     fixed : bool
         Do not turn charts.
     unseen : float
-        Scale of charts that are invisible from outside.
+        Scale of charts that are invisible from outside, relative to all other charts.
     cut_below : float
-        Fill of a page below which charts are cut further.
+        Cut charts further if they cover less than this share of the page.
     """
 
     spacing: Spacing
@@ -142,7 +142,7 @@ class PackingRequest:
 
     @classmethod
     def of_maps(cls, packing: Packing | None) -> PackingRequest:
-        """Return the request for maps without a surface, which can use neither `unseen` nor `cut_below`."""
+        """Return the request for maps without a surface, for which `unseen` and `cut_below` are rejected."""
         request = cls.of(packing)
         if packing is not None and packing.cut_below is not None:
             raise ValueError("cut_below is for unwrap, which can cut charts: leave it out")
@@ -165,7 +165,7 @@ class PackingRequest:
         return cls(Spacing.of(packing), side, pages, size, unseen=packing.unseen, cut_below=below)
 
     def scaled(self, power: int) -> PackingRequest:
-        """Return the request for charts that have been scaled by this power of two."""
+        """Return the request for charts that have been scaled by 2**power."""
         if self.side is None:
             return self
         side, unit = (times_power_of_two(number, power) for number in (self.side, self.unit))
@@ -178,7 +178,7 @@ class PackingRequest:
 
 
 def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], request: PackingRequest) -> list[PackedChart]:
-    """Pack charts that have been checked, as `pack_charts` does; every vertex must have a face."""
+    """Pack charts like `pack_charts`, without checks; every vertex must have a face."""
     if not maps:
         return []
     request = replace(request, spacing=request.spacing.for_charts(len(maps)))
@@ -210,7 +210,7 @@ def measure_fill(placed: Sequence[PackedChart]) -> float:
 def _prepare_charts(
     maps: Sequence[tuple[FloatArray, IntArray]], request: PackingRequest
 ) -> tuple[ComplexArray, FloatArray, ComplexArray, ComplexArray, Ragged, Charts]:
-    """Turn charts to their narrowest rectangles, and move their lower left corners to the origin.
+    """Rotate charts to their narrowest bounding rectangles, and move the lower left corners to the origin.
 
     Returns
     -------
@@ -219,7 +219,7 @@ def _prepare_charts(
     area : (#C,) float64
     turn : (#C,) complex128
     origin : (#C,) complex128
-        The point of the turned chart that was moved to the origin.
+        The point of each rotated chart that was moved to the origin.
     vertices : Ragged
         The vertices of each chart, row indices into `z`.
     charts : Charts
@@ -284,9 +284,9 @@ def _find_layout(charts: Charts, request: PackingRequest) -> Layout:
 
 
 def _find_too_large(charts: Charts, side: float, spacing: Spacing) -> IntArray:
-    """Return the charts that do not fit on a page of this side even alone, longest first."""
+    """Return the charts that do not fit on an empty page of this side, longest first."""
     short = side * spacing.inner * min(1, spacing.aspect)
-    long = np.flatnonzero(charts.sizes.max(axis=1) > short)  # charts up to this length fit in any direction
+    long = np.flatnonzero(charts.sizes.max(axis=1) > short)  # shorter charts fit in any direction
     long = long[np.argsort(-charts.sizes[long].max(axis=1), kind="stable")]
     alone = (
         replace(
@@ -304,10 +304,10 @@ def _find_too_large(charts: Charts, side: float, spacing: Spacing) -> IntArray:
 def _fit_to_pages(
     z: ComplexArray, layout: Layout, vertices: Ragged, request: PackingRequest
 ) -> tuple[ComplexArray, float]:
-    """Return the scale of the charts, and for each chart the point at its page's lower left corner.
+    """Return for each chart the point at its page's lower left corner, and the scale of the charts.
 
-    If the side of pages is given, it determines the scale. Otherwise pages shrink to the size of their
-    charts, which does not make gaps narrower.
+    If the side of the pages is given, it determines the scale. Otherwise the pages shrink to the size of
+    their charts, while the gaps keep their width.
     """
     spacing, diagonal = request.spacing, complex(1, request.spacing.aspect)
     if request.side is not None:
@@ -325,10 +325,10 @@ def _fit_to_pages(
 
 
 def _find_best_turn(z: ComplexArray, aspect: float) -> complex:
-    """Return the turn of a single chart that minimises the size of the page around it."""
+    """Return the rotation of a single chart that minimises the size of the page around it."""
     points = np.column_stack((z.real, z.imag)) - [z.real.mean(), z.imag.mean()]
     axes, sizes, _ = np.linalg.svd(points.T, full_matrices=False)
-    # Qhull treats long thin charts as flat: whiten the points, which preserves the vertices of the hull
+    # Qhull treats long thin charts as flat. Scaling to equal variances keeps the vertices of the hull.
     hull = z[scipy.spatial.ConvexHull(points @ (axes / sizes)).vertices]
     edges = np.roll(hull, -1) - hull
     turns = edges.conj() / np.abs(edges)

@@ -1,9 +1,9 @@
-"""Cut charts further for their pages: charts larger than a page, and charts with limbs if the cut pays.
+"""Cut charts that are larger than a page, and charts with limbs if the fuller page is worth the seam.
 
 The cost of a page is its area over the area of the charts. The cost of a seam is its length over the square
-root of the surface's area. `trade` is the seam length that may be spent to lower the page's cost by 1, as for
-the L2 stretch. Parts keep the chart's map, each at the scale of its own area. Therefore the charts that are
-packed are exactly the charts that were tried.
+root of the surface's area. `trade` is the seam length that is worth a decrease of the page's cost by 1. Parts
+of a chart keep the map of the chart, each scaled to its own area. Therefore the charts that are packed are
+exactly the charts that were tried.
 """
 
 from dataclasses import dataclass, replace
@@ -24,22 +24,22 @@ from .packing import PackingRequest
 from .trial_pages import TrialChart, TrialPage
 
 MOST_TRIAL_CHARTS = 30  # maximum number of charts on a trial page
-MAX_PAGE_CUTS = 8  # maximum number of cuts to fill a page better
+MAX_PAGE_CUTS = 8  # maximum number of cuts that are tried for a fuller page
 LINE_DIRECTIONS = 8  # number of directions of the lines along which a chart may be cut
-LINES_ACROSS = 7  # lines in each direction, evenly spaced across the chart
-MAX_PACKED_LINES = 8  # number of most promising lines whose parts are packed
-MAX_SEAM_LINES = 3  # number of candidate cut lines that are refined to the shortest seam nearby
-# Expected length of the shortest seam near a line, over the length of the edges that the line crosses.
+LINES_ACROSS = 7  # number of lines in each direction, evenly spaced across the chart
+MAX_PACKED_LINES = 8  # pack the parts of a chart for this many of the most promising lines
+MAX_SEAM_LINES = 3  # for this many of the best lines, find the shortest seam nearby
+# Expected ratio of the shortest seam near a line to the total length of the edges that the line crosses.
 SEAM_PER_LINE = 0.8
-LINE_TOLERANCE = 1.1  # try a seam near a line that costs at most this multiple of the allowed cost
-BEST_FILL = 0.77  # maximum fill that can be expected of a page
-PAGE_PER_HULL = 1.25  # expected area of the page over the area of the convex hulls of its charts
-PAGE_PER_DIAGONAL = 0.7  # side of a page with one chart, over the diagonal of the chart's bounding rectangle
-LINE_GRID = 64  # grid squares along a chart; lines are chosen for groups of polygons in a square
+LINE_TOLERANCE = 1.1  # keep lines up to this multiple of the allowed cost; the seam nearby may be cheaper
+BEST_FILL = 0.77  # largest share of a page that charts are expected to cover
+PAGE_PER_HULL = 1.25  # expected ratio of a page's area to the area of its charts' convex hulls
+PAGE_PER_DIAGONAL = 0.7  # minimum ratio of a page's side to the diagonal of a chart's bounding rectangle
+LINE_GRID = 64  # grid squares along a chart; the polygons in a square count as one when lines are tried
 SEAM_BAND = 0.04  # width of the search band around a line, as a share of the chart's width
-MAX_CHART_SIDE = 0.98  # maximum length of a chart, over the page's side; leaves room for rounding to cells
+MAX_CHART_SIDE = 0.98  # maximum ratio of a chart's length to the page's side; the rest allows for rounding
 
-Charts = list[tuple[Chart, Submesh]]  # charts with their pieces of the surface
+Charts = list[tuple[Chart, Submesh]]  # each chart, and the part of the surface it covers
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class _CutState:
     tried : list of TrialChart
         The trial chart of each chart.
     size : float
-        The area of the smallest page that holds the charts, over the total area of the charts.
+        The ratio of the smallest page's area to the total area of the charts.
     worth : float
         Net gain of the cuts: the saved page area, in units of seam length, minus the length of the cuts.
     """
@@ -66,10 +66,10 @@ class _CutState:
 def cut_for_fill(
     creased: CreasedSurface, done: Charts, request: PackingRequest, trade: float, most_stretch: float
 ) -> tuple[Charts, float]:
-    """Cut some charts along short seams for a fuller page; also return the size of a trial page without cuts.
+    """Cut some charts along short seams to fill the page better; also return the page size without cuts.
 
-    Two cuts may pay where a single cut does not. Therefore the search continues for one more cut after a cut
-    that does not pay. If there are many charts, only the largest charts are considered, because small charts
+    Two cuts may pay where a single cut does not. Therefore, after a cut that does not pay, one more cut is
+    tried. If there are many charts, only the largest charts are considered, because small charts
     fit into gaps. The search ends when the page is as full as requested. A chart is not cut if the stretch of
     a part would exceed `most_stretch`. The size is infinite if no cut is tried.
     """
@@ -135,7 +135,7 @@ def _make_flat_charts(creased: CreasedSurface, done: Charts) -> list[FlatChart]:
 
 
 def _select_largest(charts: list[FlatChart], whole: BoolArray) -> tuple[list[FlatChart], list[FlatChart]]:
-    """Return the largest of the charts marked in `whole`, in the given order, and all other charts."""
+    """Split the charts into the largest of those marked in `whole` and all others, in the given order."""
     is_large = whole
     if len(charts) > MOST_TRIAL_CHARTS:
         size = np.array([chart.piece.measured[0].sum() for chart in charts]) * whole
@@ -148,7 +148,7 @@ def _select_largest(charts: list[FlatChart], whole: BoolArray) -> tuple[list[Fla
 
 
 def _replace_cut_charts(done: Charts, parts: list[FlatChart]) -> Charts:
-    """Replace each chart that was cut with its parts and their maps."""
+    """Replace each chart that was cut by its parts and their maps."""
     numbers = np.bincount([part.parent for part in parts])
     new = [part for part in parts if numbers[part.parent] > 1]
     overlaps = [
@@ -168,7 +168,7 @@ def _replace_cut_charts(done: Charts, parts: list[FlatChart]) -> Charts:
 
 
 def _limit_stretch(done: Charts, made: Charts, parts: list[FlatChart], most_stretch: float) -> Charts:
-    """Return the parts; but keep a chart whole if the stretch of one of its parts is too large."""
+    """Replace the parts of a chart by the whole chart if the stretch of any part is too large."""
     whole: Charts = []
     for parent, group in groupby(zip(parts, made, strict=True), key=lambda pair: pair[0].parent):
         own = [entry for _, entry in group]
@@ -178,7 +178,7 @@ def _limit_stretch(done: Charts, made: Charts, parts: list[FlatChart], most_stre
 
 
 def _make_part(chart: Chart, piece: Submesh, part: FlatChart, quality: Quality) -> Chart:
-    """Return a part of a chart as a `Chart`."""
+    """Return the `Chart` of a part that was cut from a chart."""
     result = restrict_flattening(chart.result, piece, part.piece, part.uv)
     result = replace(result, message=f"{result.message}; a part of the map that was cut")
     return replace(
@@ -189,10 +189,9 @@ def _make_part(chart: Chart, piece: Submesh, part: FlatChart, quality: Quality) 
 def _find_best_cut(
     state: _CutState, page: TrialPage, trade: float, best: float, last: bool
 ) -> _CutState | None:
-    """Return the state after one more cut; None if no cut could be worth more than the best state so far.
+    """Return the state after one more cut, or None if no cut could lead to a state worth more than `best`.
 
-    If the cut is the `last` one, its state must be worth more than `best`. Otherwise the cut may prepare a
-    further cut.
+    If `last` is True, the returned state itself is worth more than `best`. Otherwise one more cut may follow.
 
     The chart that wastes most of the page is cut. For many lines across the chart, the size of the page is
     predicted from the convex hulls of the parts. For the best of these lines, the parts are packed. Near the
@@ -204,7 +203,7 @@ def _find_best_cut(
     chart, unit = charts[k], float(np.sqrt(page.area))
     groups = chart.groups(LINE_GRID)
     normal, at = _draw_lines(groups.centre)
-    # if there are few polygons, many lines divide them in the same way
+    # keep one of the lines that divide the polygons in the same way
     _, distinct = np.unique(normal @ groups.centre.T > at[:, None], axis=0, return_index=True)
     normal, at = normal[np.sort(distinct)], at[np.sort(distinct)]
     hull, diagonal, crossed = evaluate_cut_lines(
@@ -243,7 +242,7 @@ def _find_best_cut(
 
 
 def _estimate_page_area(hulls: FloatArray, diagonals: FloatArray) -> FloatArray:
-    """Return the expected area of a page for charts with the given convex hull areas and diagonals."""
+    """Estimate the area of a page from its charts' convex hull areas and diagonals."""
     square = PAGE_PER_DIAGONAL**2 * diagonals**2
     return np.asarray(np.maximum(PAGE_PER_HULL * hulls, square))
 
@@ -268,9 +267,9 @@ def _select_cheapest(
     number: int,
     limit: float,
 ) -> tuple[IntArray, FloatArray]:
-    """Return the `number` cheapest lists of parts with costs below `limit`, and their costs, ascending.
+    """Return the `number` cheapest of several alternative lists of parts, and their costs, ascending.
 
-    The cost is the cost of the page and of the seam, with the charts `others` on the same page.
+    The cost, below `limit`, is that of the seam and of a page with the parts and the charts `others`.
     """
     costs = list[tuple[float, int]]()
     for i, size in enumerate(page.sizes(others, several)):

@@ -1,4 +1,4 @@
-"""The caller's packing options, and the distances between charts on a page."""
+"""Options for packing charts, and the distances between charts on a page."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 
 from ...errors import is_number
 
-DEFAULT_PADDING = 2.0  # texels between two charts, if a resolution is given
-DEFAULT_MARGIN = 0.005  # default distance between charts, as a share of the page's side
-DEFAULT_MARGIN_OF_CELL = 0.05  # maximum default margin, in units of the page's side over sqrt(#charts)
+DEFAULT_PADDING = 2.0  # default distance between charts, in texels, if a resolution is given
+DEFAULT_MARGIN = 0.005  # default distance between charts without a resolution, as a share of the page's side
+DEFAULT_MARGIN_OF_CELL = 0.05  # the default margin of n charts is at most this / sqrt(n)
 MAX_GAP = 0.1  # maximum gap between two charts, as a share of the page's side
 
 
 @dataclass(frozen=True)
 class Spacing:
-    """Distances as shares of a page's width, and of its height.
+    """Distances on a page: shares of its width in u, and of its height in v.
 
     Attributes
     ----------
@@ -40,8 +40,9 @@ class Spacing:
     def of(cls, packing: Packing) -> Spacing:
         """Return the spacing of a packing: the margin, or the padding if there is a resolution.
 
-        The margin applies on all sides; half of the padding applies at the border. The bilinear footprint of
-        a point is less than one texel wide on each side; therefore charts two texels apart share no texels.
+        The margin applies between charts and at the border of the page. The padding applies between charts,
+        and half of it at the border. The bilinear footprint of a point extends less than one texel to each
+        side. Therefore charts two texels apart share no texels.
         On pages that are not square, the padding is at least as wide along the longer side.
         """
         if packing.resolution is None:
@@ -57,11 +58,11 @@ class Spacing:
         return 1 - 2 * self.border
 
     def for_charts(self, number: int) -> Spacing:
-        """Return the spacing for a number of charts; the default margin is smaller for many charts."""
+        """Return the spacing for a number of charts, with a smaller default margin if there are many."""
         return self.limit_gap(DEFAULT_MARGIN_OF_CELL / np.sqrt(number)) if self.is_default else self
 
     def widen(self, by: float) -> Spacing:
-        """Return the spacing with `by` added on all sides, for any number of charts."""
+        """Return the spacing with `by` added to both distances, for any number of charts."""
         return replace(self, gap=self.gap + by, border=self.border + by, is_default=False)
 
     def limit_gap(self, gap: float) -> Spacing:
@@ -70,7 +71,7 @@ class Spacing:
 
 
 def page_size(resolution: Any) -> tuple[int, int]:
-    """Return the width and height of a page in texels for a caller's resolution.
+    """Return the width and height of a page in texels for the option `resolution`.
 
     Raises
     ------
@@ -88,13 +89,13 @@ def page_size(resolution: Any) -> tuple[int, int]:
 
 @dataclass(frozen=True, kw_only=True)
 class Packing:
-    """How `unwrap` and `pack_together` pack charts: for a texture, or into the unit square with a margin.
+    """Options for packing charts: for a texture, or into the unit square with a margin.
 
     Attributes
     ----------
     resolution : int or (int, int), optional
-        Texels along a page's side, or its width and height. Texture coordinates are relative to both, so a
-        page that is not square is the unit square in texture coordinates, too. With a resolution, distances
+        Texels along a square page's side, or a page's width and height. In texture coordinates, every page is
+        a unit square, even if width and height differ. With a resolution, distances
         are given by `padding` instead of `margin`.
     padding : float
         Texels between two charts, in u or in v, and half as many at the border. With 2 or more, no two
@@ -104,17 +105,17 @@ class Packing:
         are larger than a page, unless seams are given. By default charts are as large as the pages allow.
     pages : int, optional
         Maximum number of pages; the result may use fewer (`Atlas.pages`). The default is 1, or as many as
-        necessary with `texel_density`. Page k is the unit square above and right of (k % 10, k // 10), as
-        UDIM tile 1001 + k.
+        necessary with `texel_density`. Page k is the unit square with the lower left corner
+        (k % 10, k // 10), UDIM tile 1001 + k.
     margin : float, optional
         Distance between charts, and to the border, as a share of the unit square's side, if there is no
         `resolution`. If there are too many charts for the margin, `unwrap` reduces it with a warning. The
         default is 0.005 for up to 100 charts, and 0.05 / sqrt(#charts) for more.
     cut_below : float, optional
-        If charts would fill less than this share of the page, `unwrap` cuts charts with many limbs further
-        until they fill it, where a fuller page is worth the seam (see `ChartOptions.trade`). Below 1, the
-        cuts have to make the page a quarter fuller. The default is 0.5, and 1 with a `resolution`; 0 never
-        cuts for a fuller page.
+        If charts cover less than this share of the page, `unwrap` cuts charts with many limbs further until
+        this share is covered. Each cut must be worth its seam (see `ChartOptions.trade`). With a value below
+        1, the cuts also have to make the page a quarter fuller. The default is 0.5, and 1 with a
+        `resolution`. With 0, charts are never cut for a fuller page.
     unseen : float
         Texel density of charts that are invisible from outside, such as cavities, relative to all other
         charts: above 0, up to 1. Available in `unwrap` without cones, and in `pack`. Visibility is tested
@@ -183,12 +184,12 @@ class Packing:
 
 
 def resolve_packing(packing: Packing | None) -> Packing:
-    """Return the caller's packing; by default one page with a margin.
+    """Return the packing options; by default one page with a margin.
 
     Raises
     ------
     ValueError
-        It is not a `Packing`.
+        `packing` is not a `Packing`.
     """
     if packing is None:
         return Packing()

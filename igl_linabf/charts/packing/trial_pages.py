@@ -1,4 +1,4 @@
-"""A page on a coarse grid for repeated packing trials; each chart is rasterised only once."""
+"""Estimate page sizes by packing charts on a coarse grid; each chart is rasterised only once."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ from .outlines import ChartMasks, Masks, Outline, rasterize_outlines, rectangles
 from .spacing import Spacing
 
 TRIAL_GRID = 96  # cells along the page's side for trial pages
-MAX_PAGE_SIDES = 16  # length of a chart, over the page's expected side, above which the grid is coarser
+MAX_PAGE_SIDES = 16  # use a coarser grid if a chart is longer than this many expected page sides
 
 
 @dataclass(frozen=True, eq=False)
 class TrialChart:
-    """A chart on a trial page."""
+    """A chart that can be placed on a trial page: its masks, and its area."""
 
     masks: Masks
     area: float
@@ -28,7 +28,7 @@ class TrialChart:
 
 @dataclass(frozen=True, eq=False)
 class TrialPage:
-    """A page for charts of a fixed total area, which may be cut into parts.
+    """A page on a coarse grid that estimates the size of the final page. Its charts may be cut into parts.
 
     Attributes
     ----------
@@ -48,14 +48,14 @@ class TrialPage:
 
     @classmethod
     def of(cls, outlines: Sequence[Outline], spacing: Spacing, upright: bool) -> "TrialPage":
-        """Return a page for the parts of charts, with a grid for a page of the expected size."""
+        """Return a trial page for charts and their parts, with a grid that matches the expected page size."""
         area = sum(outline.area for outline in outlines)
         side = float(np.sqrt(area / spacing.aspect / EXPECTED_FILL))
         longest = max(float(np.abs(outline.start).max()) for outline in outlines)
         return cls(area, TRIAL_GRID / max(side, longest / MAX_PAGE_SIDES), spacing, upright)
 
     def draw_charts(self, outlines: Sequence[Outline]) -> list[TrialChart]:
-        """Rasterise outlines, which are rotated to their narrowest rectangles, in several rotations."""
+        """Rasterise the outlines of charts at several rotations."""
         if not outlines:
             return []
         sides = Ragged.of_sizes([len(outline.start) for outline in outlines])
@@ -67,21 +67,21 @@ class TrialPage:
         return [TrialChart(mask, area) for mask, area in zip(masks, areas.tolist(), strict=True)]
 
     def draw_each(self, several: Sequence[Sequence[Outline]]) -> list[list[TrialChart]]:
-        """Return the trial charts of several lists of outlines."""
+        """Rasterise several lists of outlines; return a list of trial charts for each of them."""
         made = self.draw_charts([outline for outlines in several for outline in outlines])
         start = Ragged.of_sizes([len(outlines) for outlines in several]).start.tolist()
         return [made[i:j] for i, j in pairwise(start)]
 
     def size(self, charts: Sequence[TrialChart]) -> float:
-        """Return the area of the smallest page that holds charts, over the total area of the charts."""
+        """Return the ratio of the smallest page's area to the total area `area`."""
         return next(self.sizes([], [charts]))(np.inf)
 
     def sizes(
         self, others: Sequence[TrialChart], several: Sequence[Sequence[TrialChart]]
     ) -> Iterator[Callable[[float], float]]:
-        """Yield functions that return the `size` of each of several lists of charts together with `others`.
+        """Yield a function for each list of charts in `several`, which computes its `size` with `others`.
 
-        Each function takes a limit, and returns infinity if the size is not below it. A low limit saves time.
+        The function takes a limit, and returns infinity if the size is not below it. A low limit saves time.
         """
         charts = [*others, *(chart for own in several for chart in own)]
         masks = ChartMasks.of([chart.masks for chart in charts])
@@ -94,9 +94,9 @@ class TrialPage:
             yield partial(self._size, masks, spans)
 
     def _size(self, masks: ChartMasks, spans: IntArray, limit: float) -> float:
-        """Return the size of charts placed in the order of `spans`; infinity if it reaches `limit`."""
+        """Return the page size for charts placed in the order of `spans`; infinity if it reaches `limit`."""
         gap = self.spacing.gap * TRIAL_GRID
-        # number of cells along a page that is filled completely by the charts
+        # number of cells along the side of a page that the charts would cover completely
         full = self.cells * float(np.sqrt(self.area / self.spacing.aspect))
         inner = self.spacing.inner * full
         most = np.ceil(gap + inner * np.sqrt(max(limit, 0.0))) - 1

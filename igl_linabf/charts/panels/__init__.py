@@ -1,6 +1,6 @@
-"""Panels: regions between creases that can be flattened without stretch, joined edge to edge.
+"""Find panels, the regions between creases that can be flattened without stretch, and join them edge to edge.
 
-In: a surface with creases. Out: seams around the planes, cylinders and cones between sharp or rounded
+Takes a surface with creases. Returns seams around the planes, cylinders and cones between sharp or rounded
 creases.
 """
 

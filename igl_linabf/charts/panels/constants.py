@@ -1,3 +1,3 @@
 """Constants that several modules of `panels` share."""
 
-MAX_DEPTH_OF_HEIGHT = 0.05  # maximum depth of an overlap between faces, relative to the height of a face
+MAX_DEPTH_OF_HEIGHT = 0.05  # overlaps of unfolded faces are ignored up to this share of a face's height

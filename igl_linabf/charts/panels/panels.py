@@ -1,4 +1,4 @@
-"""Find panels, which are the regions between creases, flatten them, and join them edge to edge.
+"""Find panels, the regions between creases, flatten them, and join them edge to edge.
 
 If all curved vertices of a component are on sharp creases, its panels are planes, cylinders and cones. A net
 of the panels is built greedily: starting with the longest creases, two panels are joined along their common
@@ -7,8 +7,8 @@ crease unless faces would overlap. Creases along which panels are not joined are
 Machine parts also have fillets. A fillet ends in corners whose curvature is spread over many vertices, and
 no net passes through all of these vertices. However, the planes on the two sides of a fillet are panels: each
 plane is extended by half of the fillet, and the middle of the fillet is a crease between the two panels.
-Panels are joined along such rounded creases as along sharp creases, but with larger tolerances. The curved
-vertices are then on the boundaries of charts.
+Panels are joined along rounded creases in the same way as along sharp creases, with larger tolerances. The
+curved vertices are then on the boundaries of charts.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from ..features import TIP_CURVATURE, CreasedSurface
 from . import constants
 from .unfolding import compute_overlap_depths, find_joints, find_upright_turns, unfold
 
-# Minimum dihedral angle of an edge that separates panels; regular prisms have other angles.
+# Minimum dihedral angle of an edge that separates panels. No regular prism has exactly this angle.
 PANEL_ANGLE = np.deg2rad(4.9)
 MAX_CREASE_GAP = 1e-5  # maximum gap between two panels joined at a crease, relative to the component's extent
-# Maximum depth of overlaps relative to the extent, due to the rounding of single-precision coordinates.
+# Overlaps of panels up to this depth, relative to the extent, are due to single-precision rounding.
 MAX_OVERLAP_DEPTH = 2e-6
-# Tolerance for equal motions: of the rotation in radians, of the translation relative to the extent.
+# Two rigid motions are equal up to this difference: rotation in radians, translation over the extent.
 SAME_MOTION = 1e-3
-PLANAR_SHARE_OF_ROUNDED = 0.3  # minimum share of area in large planes of a component with rounded creases
-ROUNDED_PLAY = 2e-3  # maximum closure error and overlap depth at rounded creases, relative to the extent
-ROUNDED_PLAY_OF_EDGE = 0.1  # maximum closure error at an edge of a rounded crease, over its length
+PLANAR_SHARE_OF_ROUNDED = 0.3  # minimum share of a component's area in large planes, for rounded creases
+ROUNDED_PLAY = 2e-3  # maximum gap and overlap depth at rounded creases, relative to the extent
+ROUNDED_PLAY_OF_EDGE = 0.1  # maximum gap at an edge of a rounded crease, relative to the edge's length
 ROUNDED_DEPTH_OF_HEIGHT = 0.3  # maximum overlap depth of a fillet's face, relative to the height of the face
 SAME_ROUNDED_MOTION = 1e-2  # `SAME_MOTION` at rounded creases
 
@@ -49,8 +49,8 @@ class Panels:
     ----------
     creased : CreasedSurface
     same_motion : float
-        Tolerance for equal motions of two edges: of the rotation in radians, of the translation relative to
-        the extent.
+        Maximum difference of two rigid motions that count as equal: of the rotation in radians, and of the
+        translation relative to the extent.
     opens_handles : bool
         Whether panels may have handles. If so, seams cut the handles open.
     """
@@ -80,16 +80,16 @@ class Panels:
         return made
 
     def max_gaps(self, rows: IntArray | BoolArray) -> FloatArray:
-        """Return the maximum closure error of the joined edges `rows`."""
+        """Return the maximum gap between the two sides of each of the joined edges `rows`."""
         return np.asarray(MAX_CREASE_GAP * self.creased.edge_extent[rows])
 
     def max_depths(self, z: ComplexArray) -> FloatArray:
-        """Return the maximum overlap depth of each face; `z` has the unfolded corners."""
+        """Return the depth up to which overlaps of each face are ignored; `z` has the unfolded corners."""
         extent = self.creased.extent[self.creased.label]
         return compute_overlap_depths(z, extent, MAX_OVERLAP_DEPTH)
 
     def find_components(self) -> BoolArray:
-        """Return a mask of the components of panels, whose curved vertices are tips or on creases."""
+        """Return a mask of the components that consist of panels: curved vertices are tips or on creases."""
         creased, bent = self.creased, self.creased.curvature
         smooth = (bent > 0) & ~creased.on_crease
         made = np.asarray(creased.sum_per_component(smooth & (bent <= TIP_CURVATURE)) == 0)
@@ -148,10 +148,10 @@ class RoundedPanels(Panels):
 
 
 def find_panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return the seams along which components that consist of panels are cut, so that every panel is flat.
+    """Return seams for components that consist of panels; after cutting, every panel can be flattened.
 
-    Holes of flat panels are not cut open, and the seam of a cylinder or cone passes beside its holes, because
-    seams into a hole are visible, and weaken a sheet.
+    No seam ends at a hole of a flat panel, and the seam of a cylinder or cone passes beside its holes. A seam
+    that ends at a hole would be visible, and would weaken a sheet.
 
     Parameters
     ----------
@@ -162,11 +162,11 @@ def find_panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, 
     Returns
     -------
     edges : (#E, 2) int64
-        The edges of the seams, given by the caller's vertices.
+        The edges of the seams, as pairs of input vertices.
     component : (#E,) int64
         The component of each edge.
     cost : (#C,) float64
-        The price of the seams of each component over `trade`; infinite if a panel has uncut handles.
+        The price of the seams of each component, divided by `trade`; infinite if a panel has uncut handles.
     """
     creased, fold = panels.creased, panels.fold
     slit, handles = _find_slits(panels, fold, panels.unclosed)
@@ -181,7 +181,7 @@ def find_panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, 
 
 
 def find_unjoined_folds(panels: Panels, z: ComplexArray, trade: float) -> BoolArray:
-    """Return a mask of the folds that become seams, because the panels on both sides are not joined.
+    """Return a mask of the creases that become seams, because the panels on both sides are not joined.
 
     `z` has the positions of the corners of each face, (#F, 3), in the unfolded panel.
     """
@@ -203,10 +203,10 @@ def find_unjoined_folds(panels: Panels, z: ComplexArray, trade: float) -> BoolAr
 
 
 def _find_slits(panels: Panels, cut: BoolArray, unclosed: BoolArray) -> tuple[BoolArray, IntArray]:
-    """Return a mask of the edges that cut the parts of a cut surface to disks with terminals on the boundary.
+    """Return a mask of the edges that cut the panels into disks with all terminals on the boundary.
 
-    Parts without an edge in `unclosed` keep their holes. Also return the faces of the parts with handles that
-    are not cut open.
+    `cut` marks the edges between panels. Panels without an edge in `unclosed` keep their holes. Also return
+    the faces of the panels whose handles are not cut open.
     """
     creased, surface = panels.creased, panels.creased.surface
     slit, handles = np.zeros(len(cut), dtype=bool), np.zeros(0, dtype=np.int64)
@@ -255,9 +255,9 @@ def _find_slits(panels: Panels, cut: BoolArray, unclosed: BoolArray) -> tuple[Bo
 
 
 def _find_opening(part: Submesh, tip: BoolArray, hidden: FloatArray | None) -> IntArray:
-    """Return the edges (#E, 2) that open a part of several components; one component may have handles.
+    """Return the edges, (#E, 2), that cut all components of `part` open; only a single one may have handles.
 
-    `tip` is a mask of the vertices, (n,), that the edges have to reach. They pass beside flat holes.
+    `tip` is a mask of the vertices, (n,), that the edges have to reach. The edges pass beside flat holes.
     """
     creased = CreasedSurface(part, hidden)
     piece = ClosedSurface.of_creased(creased)

@@ -8,16 +8,16 @@ from ...surface import Ragged, connected_labels, index_and_rank, sum_by_index
 from ..features import CreasedSurface
 from . import constants
 
-MAX_PROJECTED_LOSS = 1e-4  # maximum share of a plane's area that is lost when its faces are projected
-MIN_OVERLAPPING_HEIGHT = 1e-12  # overlaps of faces with less height, relative to the extent, are ignored
-MAX_CREASES_OF_PAIR = 8  # maximum number of creases that are tried to join two panels
-UNFILLED_SHARE = 0.0015  # joining panels weighs unused page area by this multiple of `AtlasCost`
-PAGE_OVER_AREA = 2.0  # area of the page, relative to the area of the component
-PAGE_OVER_SQUARED_LENGTH = 0.6  # minimum area of the page, over the squared length of the longest panel
+MAX_PROJECTED_LOSS = 1e-4  # maximum loss of a plane's area by projecting its faces to the mean plane
+MIN_OVERLAPPING_HEIGHT = 1e-12  # ignore overlaps of triangles whose height over the extent is less
+MAX_CREASES_OF_PAIR = 8  # try to join two panels at up to this many of their common creases
+UNFILLED_SHARE = 0.0015  # weight of unused page area in joining panels, relative to `AtlasCost`
+PAGE_OVER_AREA = 2.0  # expected area of the page, relative to the area of the component
+PAGE_OVER_SQUARED_LENGTH = 0.6  # minimum ratio of the page's area to the longest panel's squared length
 
 
 def unfold(creased: CreasedSurface, joined: BoolArray) -> ComplexArray:
-    """Unfold each panel to the plane across the edges in `joined`; return the corners of faces, (#F, 3)."""
+    """Unfold each panel to the plane across the edges in `joined`; return its faces' corners, (#F, 3)."""
     m = len(creased.surface.F)
     z, plane = _project_to_planes(creased, joined)
     rows = np.flatnonzero(joined)
@@ -40,7 +40,7 @@ def unfold(creased: CreasedSurface, joined: BoolArray) -> ComplexArray:
 
 
 def _project_to_planes(creased: CreasedSurface, joined: BoolArray) -> tuple[ComplexArray, IntArray]:
-    """Return the complex coordinates of each face's corners in its plane, (#F, 3), and the plane's index."""
+    """Return complex coordinates of each face's corners within its plane, (#F, 3), and the plane's index."""
     surface, m = creased.surface, len(creased.surface.F)
     double_area = surface.measured[0]
     plane = connected_labels(creased.faces[joined & creased.in_one_plane], m)
@@ -101,10 +101,10 @@ def compute_overlap_depths(
     most: float,
     shallow: float | FloatArray = constants.MAX_DEPTH_OF_HEIGHT,
 ) -> FloatArray:
-    """Return the maximum overlap depth of each triangle; negative for slivers.
+    """Return the depth up to which an overlap of each triangle is ignored, and -1 for slivers.
 
     The depth is at most `most` times the extent and at most `shallow` times the height of the triangle.
-    Overlaps of slivers are ignored.
+    All overlaps of slivers are ignored.
     """
     side = np.roll(triangle, -1, axis=1) - triangle
     longest = np.maximum(np.abs(side.T).max(axis=0), np.finfo(float).tiny)
@@ -114,7 +114,7 @@ def compute_overlap_depths(
 
 
 def _select_few_per_label(label: IntArray) -> IntArray:
-    """Return up to `MAX_CREASES_OF_PAIR` rows of each label, evenly spaced among its rows, ascending."""
+    """Return at most `MAX_CREASES_OF_PAIR` evenly spaced rows of each label, in ascending order."""
     order = np.argsort(label, kind="stable")
     sizes = np.diff(np.flatnonzero(np.diff(label[order], prepend=-1, append=-1)))
     own, rank = index_and_rank(sizes)
@@ -129,10 +129,10 @@ _Joints = tuple[IntArray, ComplexArray, ComplexArray, FloatArray, FloatArray]  #
 def find_joints(
     creased: CreasedSurface, fold: BoolArray, panel: IntArray, z: ComplexArray, same: float, trade: float
 ) -> _Joints:
-    """Return the pairs of panels that may be joined, with their motions, the most expensive creases first.
+    """Return pairs of panels that may be joined, and the rigid motions that join them, most valuable first.
 
-    Edges belong to one crease if the same motion, up to the tolerance `same`, joins their panels. Joining
-    two panels is worth as much page area as a seam along the crease would cost.
+    Edges belong to one crease if the same motion, up to the tolerance `same`, joins their panels. The value
+    of joining two panels is the price of a seam along the crease, converted to page area.
     """
     rows = np.flatnonzero(fold)
     rows = rows[np.not_equal(*panel[creased.faces[rows]].T)]

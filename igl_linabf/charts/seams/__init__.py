@@ -1,7 +1,7 @@
 """Search for seams along which a surface is cut open.
 
-In: a component. Out: the edges of its seam. Handles are cut as in Erickson, Whittlesey 2005; branches follow
-the conformal scale of Sawhney, Crane 2017.
+Takes a component of the surface and returns the edges of its seam. Handles are cut as in Erickson, Whittlesey
+2005. Branches lead to points where the scale of the conformal map of Sawhney, Crane 2017 is far from 1.
 """
 
 from .constants import TRADE

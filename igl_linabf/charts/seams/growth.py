@@ -17,14 +17,14 @@ from ..cut_graphs import (
 )
 from . import constants
 
-# Cut a disk only if the net gain is worth a seam of this length, in square roots of the area.
+# Minimum net gain for which a disk is cut, as a seam length in square roots of the area.
 DISK_GAIN = 0.3
 
 SeamAndTips = tuple[IntArray, IntArray]  # the edges of a seam, and the nodes at the tips of its branches
 
 
 def grow_seam(closed: ClosedSurface, trade: float, keep_holes: bool) -> SeamAndTips:
-    """Return the edges to cut a closed surface along, and the tips of the branches."""
+    """Return the edges along which a closed surface is cut, and the nodes at the tips of the branches."""
     none = np.zeros(0, dtype=np.int64)
     seam, leaves = open_handles(closed) if closed.graph.genus else none, none
     seam = move_branch_points(closed.graph, seam, closed.graph.length_of)
@@ -39,8 +39,8 @@ def grow_seam(closed: ClosedSurface, trade: float, keep_holes: bool) -> SeamAndT
 
 
 def shorten_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
-    """Move the branch points of a seam; if some edges are hidden, first remove branches that do not pay."""
-    known: dict[bytes, float] = {}  # cache, because the cost of the same seam is needed several times
+    """Shorten a seam by moving its branch points; if edges are hidden, first prune branches."""
+    known: dict[bytes, float] = {}  # costs of the seams evaluated so far
 
     def cost(seam: IntArray) -> float:
         key = seam.tobytes()
@@ -54,7 +54,7 @@ def shorten_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArra
 
 
 def _find_slit(closed: ClosedSurface) -> SeamAndTips:
-    """Return a path that opens a sphere, and its ends: the two points that a map would shrink most."""
+    """Return a path that opens a sphere, from one of the points that a map would shrink most to another."""
     extra = closed.curvature - 4 * np.pi * closed.area / closed.area.sum()
     start = int(np.argmin(solve_log_scale(closed, np.array([0]), extra) / closed.node_hiding))
     end = int(np.argmin(solve_log_scale(closed, np.array([start]), closed.curvature) / closed.node_hiding))
@@ -71,7 +71,7 @@ def add_branches(closed: ClosedSurface, seam: IntArray, trade: float) -> SeamAnd
     leaves: list[int] = []
     best, least, in_vain, in_best = seam, np.inf, 0, 0
     for _ in range(constants.MAX_BRANCHES):
-        if 1 + closed.graph.length_of(seam) / closed.size / trade >= least:  # the stretch is at least 1
+        if 1 + closed.graph.length_of(seam) / closed.size / trade >= least:  # stretch >= 1
             break
         fixed = closed.graph.boundary_nodes(seam)
         stretch, scale = predict_stretch(closed, fixed)
@@ -92,13 +92,13 @@ def add_branches(closed: ClosedSurface, seam: IntArray, trade: float) -> SeamAnd
 def estimate_branch_gains(
     closed: ClosedSurface, fixed: IntArray, scale: FloatArray, far: FloatArray
 ) -> FloatArray:
-    """Return the estimated saving of a branch to each node, (n,).
+    """Estimate how much stretch a branch from the seam to each node would save, (n,).
 
-    `scale` is the log scale from `predict_stretch`. A conformal map shrinks tips; therefore a branch saves
-    most where the log scale u is farthest from zero. With an isometric map, a branch frees the value of w at
-    its node. The rate at which the integral of w^2 then decreases is the solution x of L x = w. Since an
-    isometric map is stretched by many small bumps, x is divided by the distance `far` of the node from the
-    seam.
+    `scale` comes from `predict_stretch`. For a conformal map it is the log scale, and a branch saves most
+    where the log scale is farthest from zero. For an isometric map it is the strain trace w, and a branch
+    removes the constraint L w = -K at its node, where L is the Laplacian and K the curvature. The integral of
+    w^2 then decreases at a rate proportional to the solution x of L x = w. Because an isometric map is
+    stretched by many small bumps, x is divided by the distance `far` of the node from the seam.
     """
     if not closed.isometric:
         return np.abs(scale) / closed.node_hiding
@@ -107,13 +107,13 @@ def estimate_branch_gains(
 
 
 def keep_seam_if_worth(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
-    """Return the seam of a surface that could stay whole, or no edges if the gain is below `DISK_GAIN`."""
+    """Return the seam if it saves at least `DISK_GAIN` compared with an uncut surface, otherwise no edges."""
     gain = seam_cost(closed, seam[:0], trade) - seam_cost(closed, seam, trade)
     return seam if gain >= DISK_GAIN / trade else seam[:0]
 
 
 def seam_cost(closed: ClosedSurface, seam: IntArray, trade: float) -> float:
-    """Return the expected cost of a seam: L2 stretch beyond 1, plus the price of its edges over `trade`."""
+    """Return the expected cost of a seam: L2 stretch minus 1, plus the seam's price divided by `trade`."""
     length = closed.graph.length_of(seam) / closed.size
     if trade == 0:
         return length

@@ -1,4 +1,4 @@
-"""Seams: the edges along which a surface is cut open, so that it can be flattened."""
+"""Find seams, the edges along which a surface is cut open before it is flattened."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from . import constants
 from .growth import grow_seam, keep_seam_if_worth, seam_cost, shorten_seam
 from .small_bodies import SmallBodies
 
-# Factor on `trade` for seams of contracted surfaces, because such seams become shorter when pulled tight.
+# Factor on `trade` for surfaces contracted to clusters, whose seams are later pulled tight and get shorter.
 CLUSTER_TRADE_FACTOR = 1.6
-CHEAP_PANELS = 0.1  # maximum cost of seams around panels that are accepted without a further search
+CHEAP_PANELS = 0.1  # accept seams around panels up to this cost without searching for cheaper seams
 MAX_FACES_OF_SMALL_BODY = 100  # maximum number of faces of a small component
 MIN_SMALL_BODIES = 8  # minimum number of small components that are processed in one batch
-MAX_FACES_OF_MEDIUM_BODY = 2_000  # maximum number of faces of a smooth component in a batch of many
-MIN_MEDIUM_BODIES = 100  # minimum number of components for medium-sized components to join the batch
-MAX_FLAT_SHARE_OF_SMOOTH_BODY = 0.1  # maximum share of flat area of a smooth component
+MAX_FACES_OF_MEDIUM_BODY = 2_000  # maximum number of faces of a medium-sized component
+MIN_MEDIUM_BODIES = 100  # number of components from which medium-sized components are batched, too
+MAX_FLAT_SHARE_OF_SMOOTH_BODY = 0.1  # maximum flat share of the area of a batched medium-sized component
 
 
 @takes_vertices_and_faces
@@ -182,7 +182,7 @@ class SeamSearch:
     method : Method
         The method that will flatten the surface.
     hidden : (#F,) float64 or None
-        The `hiding_weights`, which state how well each of the caller's faces hides a seam.
+        How well each input face hides a seam, from -1 to 1 (see `hiding_weights`).
     """
 
     trade: float
@@ -191,7 +191,7 @@ class SeamSearch:
     hidden: FloatArray | None = None
 
     def seams(self, surface: Submesh) -> IntArray:
-        """Return the edges along which to cut a checked manifold, (#E, 2), given by the caller's vertices.
+        """Return the seam edges of a checked manifold, (#E, 2), as pairs of input vertices.
 
         A disk is cut only if the saved stretch exceeds the price of the seam by `DISK_GAIN`. A component that
         keeps its holes is cut only around panels.
@@ -255,14 +255,14 @@ class SeamSearch:
         if panels.cost[k] == np.inf:
             return edges
         cost = seam_cost(levels.coarse, coarse, self.trade)
-        if cost < panels.cost[k]:  # corners in the interior of a chart stretch it more than expected
+        if cost < panels.cost[k]:  # measure it, because corners inside a chart stretch it more
             cost = self._measure_cost(creased, edges)
         return panels.of(k) if panels.cost[k] <= cost else edges
 
     def _measure_cost(self, creased: CreasedSurface, edges: IntArray) -> float:
-        """Return the cost of seams, measured on the maps of the pieces after overlaps have been cut apart.
+        """Flatten the pieces between seams, cut their overlaps apart, and return the cost of the result.
 
-        Conformal distortion counts as well, because coarse triangles around a flattened corner are sheared.
+        The cost includes conformal distortion, because large triangles at a flattened corner are sheared.
         """
         parts, area, squared, shear = list[Submesh](), 0.0, 0.0, 0.0
         for piece in creased.surface.cut_along(edges):
@@ -305,7 +305,7 @@ class _PanelSeams:
     Attributes
     ----------
     edges : (#E, 2) int64
-        The edges of the seams, given by the caller's vertices.
+        The edges of the seams, as pairs of input vertices.
     component : (#E,) int64
         The component of each edge.
     cost : (#C,) float64
@@ -322,7 +322,7 @@ class _PanelSeams:
         return cls(edges, edges[:, 0], np.full(number, np.inf))
 
     def add(self, components: IntArray, edges: IntArray, label: IntArray, cost: FloatArray) -> None:
-        """Add the seams of some components; `label` has the index in `components` for each edge."""
+        """Add the seams of `components`; edge e belongs to the component `components[label[e]]`."""
         self.cost[components] = cost
         self.edges = np.concatenate((self.edges, edges))
         self.component = np.concatenate((self.component, components[label]))

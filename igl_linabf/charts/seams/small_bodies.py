@@ -1,6 +1,6 @@
 """Find the seams of many small components at once, adding one branch to each component at a time.
 
-The components are disjoint, so that one Laplace system and one shortest-path search serve all of them.
+The components are disjoint. Therefore one Laplace system and one shortest-path search serve all of them.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ class SmallBodies:
     surface : Submesh
         The surface that consists of all small components.
     hidden : (#F,) float64, optional
-        The `hiding_weights` of the caller's faces.
+        The `hiding_weights` of the input faces.
     """
 
     def __init__(self, surface: Submesh, hidden: FloatArray | None = None) -> None:
@@ -37,7 +37,7 @@ class SmallBodies:
         self._nodes = Ragged(np.searchsorted(self._of[self._by_body], np.arange(self._n + 1)))
 
     def seams(self, trade: float, keep_holes: bool) -> tuple[IntArray, IntArray, FloatArray]:
-        """Return the edges along which to cut all bodies, given by the caller's vertices, and the costs.
+        """Return the seam edges of all bodies, as pairs of input vertices, and the cost of each body.
 
         A disk is cut only if the net gain is at least `DISK_GAIN`.
 
@@ -63,7 +63,7 @@ class SmallBodies:
         return self.vertices[self.closed.edges[seam]], self._find_bodies(seam), cost
 
     def _find_slits(self) -> IntArray:
-        """Return the edges of a path that opens each sphere, between the two points that shrink most."""
+        """Return a path for each sphere, along which it is cut open, between the points that shrink most."""
         closed, rims = self.closed, np.arange(self.closed.graph.n_holes)
         bare = np.bincount(self._of[rims], minlength=self._n) == 0
         if not bare.any():
@@ -87,7 +87,7 @@ class SmallBodies:
         best, least = np.zeros(self._n, dtype=np.int64), np.full(self._n, np.inf)
         in_vain, growing = np.zeros(self._n, dtype=np.int64), np.ones(self._n, dtype=bool)
         for leaf in range(constants.MAX_BRANCHES):
-            # the stretch is at least 1: stop when the price of the seam alone exceeds the least cost
+            # The stretch is at least 1. A body whose seam alone costs too much gets no more branches.
             growing &= 1 + self._measure_length(seam) / trade < least
             if not growing.any():
                 break
@@ -108,13 +108,13 @@ class SmallBodies:
         return seam[when <= best[self._find_bodies(seam)]]
 
     def _choose_per_body(self, one: IntArray, other: IntArray, takes_one: BoolArray) -> IntArray:
-        """Return one of two seams for each body."""
+        """Return seam `one` for the bodies in the mask `takes_one`, and seam `other` for all other bodies."""
         return np.concatenate(
             (one[takes_one[self._find_bodies(one)]], other[~takes_one[self._find_bodies(other)]])
         )
 
     def _estimate_cost(self, seam: IntArray, trade: float) -> FloatArray:
-        """Return the expected cost of each body: L2 stretch beyond 1, plus the price of its seam."""
+        """Return the expected cost of each body: L2 stretch minus 1, plus the price of its seam."""
         if not trade:
             return self._measure_length(seam)
         u = solve_log_scale(self.closed, self._find_open_nodes(seam), self.closed.curvature)
