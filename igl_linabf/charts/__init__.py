@@ -1,8 +1,8 @@
 """Cut any surface into charts, flatten the charts, and pack them into an atlas.
 
-In: V, F of any manifold. Out: seams; the surface cut along them; an `Atlas` of flat, packed charts.
-Handles are cut as in Erickson, Whittlesey 2005. Seam branches follow the conformal scale of Sawhney, Crane
-2017. SCAF is Jiang, Schaefer, Panozzo 2017.
+Takes V, F of any manifold. Returns seams, the surface cut along seams, or an `Atlas` of flat, packed charts.
+Handles are cut as in Erickson, Whittlesey 2005. Branches of seams lead to points where the scale of the
+conformal map of Sawhney, Crane 2017 is far from 1. SCAF is Jiang, Schaefer, Panozzo 2017.
 """
 
 from .atlas import Atlas, AtlasBounds, AtlasReport, Chart, texture_seams

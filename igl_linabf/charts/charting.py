@@ -50,25 +50,25 @@ from .splitting import (
     split_overlaps,
 )
 
-MIN_PIECES_TOGETHER = 8  # minimum number of pieces that are all flattened in one batch
-MAX_FACES_TOGETHER = 4_000  # total faces of the smallest pieces, which are flattened in one batch
-# Maximum double area over squared extent of a map that double precision cannot distinguish from a line.
+MIN_PIECES_TOGETHER = 8  # from this number of pieces, all pieces are flattened in one batch
+MAX_FACES_TOGETHER = 4_000  # of fewer pieces, the smallest are batched, with this many faces in total
+# Maximum ratio of a map's double area to its squared extent at which the map is practically a line.
 NEEDLE_AREA = 1e-13
-MAX_TIP_FLIPS = 0.05  # maximum share of flipped faces that is attributed to shrunk tips
-MAX_SEAM_ROUNDS = 8  # rounds of additional seams against flips or stretch, before a piece is halved
-MAX_SEAM_ROUNDS_WITH_MANY_FLIPS = 2  # `MAX_SEAM_ROUNDS` if the share of flips is above `MAX_TIP_FLIPS`
+MAX_TIP_FLIPS = 0.05  # up to this share of flipped faces, shrunk tips are the likely cause
+MAX_SEAM_ROUNDS = 8  # times that seams are added against flips or stretch, before a piece is halved
+MAX_SEAM_ROUNDS_WITH_MANY_FLIPS = 2  # replaces `MAX_SEAM_ROUNDS` above `MAX_TIP_FLIPS`
 MAX_TRADE_DOUBLINGS = 12  # maximum number of times that `trade` is doubled to find more seams
-# Search for seams only if the saved stretch would pay for a seam of this length, relative to sqrt(area).
+# Search for more seams only if the stretch is worth a seam of this length, in square roots of the area.
 MIN_SOUGHT_SEAM_LENGTH = 1.0
-MAX_EVEN_ROUNDS = 3  # rounds of additional seams for an even texel density
-MAX_FLIP_ROUNDS = 20  # rounds of cuts against flips; the last rounds halve the piece
-MAX_STRETCH_ROUNDS = 64  # rounds of cuts against stretch; the last rounds halve the piece
+MAX_EVEN_ROUNDS = 3  # maximum number of times seams are added for an even texel density
+MAX_FLIP_ROUNDS = 20  # maximum number of cuts against flips; the last cuts halve the piece
+MAX_STRETCH_ROUNDS = 64  # maximum number of cuts against stretch; the last cuts halve the piece
 
 _NO_SEAM = np.zeros((0, 2), dtype=np.int64)
 
 
 class Reason(Enum):
-    """A reason to cut a piece further. Each reason has a maximum number of rounds."""
+    """A reason to cut a piece further. There is a maximum number of cuts for each reason."""
 
     UNEVEN = "uneven texels"
     FLIPS = "flipped triangles"
@@ -110,7 +110,7 @@ def cut_into_pieces(
     return [part for parts in found for part in parts], given
 
 
-Key = tuple[int, ...]  # index of a piece, index of a part in this piece, index of a part in that part, ...
+Key = tuple[int, ...]  # path in the tree of cuts: index of a piece, index of a part in the piece, ...
 _FinishedChart = tuple[Key, Chart, Submesh]
 
 
@@ -123,7 +123,7 @@ class _PendingPiece:
     key : Key
     piece : Submesh
     rounds : Counter of Reason
-        Number of cuts, for each reason, that led from the original piece to this one.
+        Number of cuts, for each reason, that led from the original piece to this part.
     """
 
     key: Key
@@ -145,7 +145,7 @@ class _FlattenedPiece:
     chart : Chart or None
         None if the map is not good enough for a chart.
     parts : list of Submesh
-        The parts that the piece is cut into. If there is a chart, the parts replace it only at a lower cost.
+        The parts that the piece is cut into. They replace the chart, if there is one, only if they cost less.
     reason : Reason or None
         The reason for the cut; None if the piece is not cut.
     """
@@ -167,7 +167,7 @@ class _PieceMap:
     quality : Quality or None
         None before the quality is measured.
     cost : float
-        Increase of F/3nt from moving overlapping parts apart.
+        Increase of the angle distortion F/3nt from moving overlapping parts apart.
     """
 
     result: Flattening
@@ -177,7 +177,7 @@ class _PieceMap:
 
 
 def make_charts(pieces: list[Submesh], given: IntArray, rules: ChartRules) -> list[tuple[Chart, Submesh]]:
-    """Flatten the pieces, cut pieces whose maps are not good enough, and flatten the parts likewise.
+    """Flatten pieces, cut those whose maps are not good enough, and treat the parts in the same way.
 
     Finally, small charts are merged into adjacent charts, except across the seams `given`.
     """
@@ -201,7 +201,7 @@ def make_charts(pieces: list[Submesh], given: IntArray, rules: ChartRules) -> li
                 uncut.append((work.key, tried.chart, work.piece))
             parts += work.divide(tried.parts, tried.reason)
         waiting = parts
-    done.sort(key=lambda entry: entry[0])  # the parts of a piece become consecutive
+    done.sort(key=lambda entry: entry[0])  # parts of a piece become consecutive
     done = _undo_costly_cuts(done, uncut, pieces, rules)
     done = merge_small_charts(done, rules.most_stretch, given)
     return [(chart, piece) for _, chart, piece in done]
@@ -211,7 +211,7 @@ def _undo_costly_cuts(
     done: list[_FinishedChart], uncut: list[_FinishedChart], pieces: list[Submesh], rules: ChartRules
 ) -> list[_FinishedChart]:
     """Replace the parts of a piece by its chart in `uncut` if the saved stretch is not worth the seams."""
-    for key, chart, piece in reversed(uncut):  # pieces that were cut last come first
+    for key, chart, piece in reversed(uncut):  # undo the last cuts first
         first, last = (bisect_left(done, at, key=itemgetter(0)) for at in (key, (*key[:-1], key[-1] + 1)))
         parts, whole = done[first:last], pieces[key[0]].measured[0].sum()
         area = np.array([part.measured[0].sum() for _, _, part in parts]) / whole
@@ -263,7 +263,7 @@ def _try_piece(work: _PendingPiece, rules: ChartRules, made: _PieceMap | None) -
         return _FlattenedPiece(None, piece.cut_along(seams), Reason.UNEVEN)
     try:
         made = _flatten_single_piece(piece, rules) if made is None else made
-    except SingularSystemError:  # some faces are negligibly small relative to the rest of the chart
+    except SingularSystemError:  # some faces are negligibly small
         if parts := bisect(piece):
             return _FlattenedPiece(None, parts, Reason.THIN)
         raise
@@ -295,7 +295,7 @@ def _try_piece(work: _PendingPiece, rules: ChartRules, made: _PieceMap | None) -
 
 
 def _flatten_single_piece(piece: Submesh, rules: ChartRules) -> _PieceMap:
-    """Flatten one piece; use linear ABF if the system of the requested method is singular."""
+    """Flatten one piece; fall back to linear ABF if the linear system of another method is singular."""
     try:
         result = flatten_piece(piece, rules.method)
     except SingularSystemError as error:
@@ -312,7 +312,7 @@ def _flatten_single_piece(piece: Submesh, rules: ChartRules) -> _PieceMap:
 
 
 def _flatten_without_flips(piece: Submesh, made: _PieceMap, rules: ChartRules) -> _PieceMap:
-    """Flatten a piece with guarantee='injective', because no seam was found that prevents its flips."""
+    """Flatten a piece with guarantee='injective', if no seam was found that prevents flips."""
     surer = get_guaranteed_method(rules.method)
     if surer is None:
         return made
@@ -339,7 +339,7 @@ def _resolve_overlaps(
             return _PieceMap(result, overlapping_pairs_of_chart(piece.topology, result.uv), None, cost), []
     if rounds >= constants.MAX_OVERLAP_ROUNDS:
         return made, bisect(piece)
-    if made.result.holes:  # open the piece to a disk first
+    if made.result.holes:  # overlaps are separated only in disks
         return made, _cut_to_disk(piece, rules)
     parts = split_overlaps(piece, piece.faces[made.pairs])
     return made, parts if len(parts) > 1 else []
@@ -381,7 +381,7 @@ def _cut_to_disk(piece: Submesh, rules: ChartRules) -> list[Submesh]:
 
 
 def _find_more_seams(piece: Submesh, rules: ChartRules) -> IntArray:
-    """Find seams for a piece that needs none by doubling `trade` until seams are found."""
+    """Find seams for a piece that can stay uncut, by doubling `trade` until seams are found."""
     for k in range(1, MAX_TRADE_DOUBLINGS + 1):
         search = replace(rules, trade=max(rules.trade, 1.0) * 2.0**k).search
         if len(seams := search.seams(piece)):
@@ -392,8 +392,8 @@ def _find_more_seams(piece: Submesh, rules: ChartRules) -> IntArray:
 def _find_seams_for_even_texels(piece: Submesh, rules: ChartRules) -> IntArray:
     """Find seams for a piece whose isometric map would be stretched too unevenly.
 
-    With seams for `trade` = t, the stretch beyond 1 is roughly proportional to t**-0.5. Predicting the
-    stretch takes far less time than flattening the piece.
+    The stretch is predicted, which takes far less time than flattening the piece. With seams for
+    `trade` = t, the L2 stretch minus 1 is roughly proportional to t**-0.5.
     """
     if rules.even_stretch == np.inf or not piece.topology.loops:
         return _NO_SEAM

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._types import BoolArray, FloatArray
 
-CREASE_DISCOUNT = 0.5  # price reduction of seams along edges with dihedral angles of 90 degrees or more
+CREASE_DISCOUNT = 0.5  # relative price reduction of seams at dihedral angles of 90 degrees or more
 SHARP_CREASE_PRICE = 0.15  # additional factor on the price of a seam along a sharp crease
 CREASE_ANGLE = np.deg2rad(15.0)  # minimum dihedral angle of a crease
 SHARP_CREASE_ANGLE = np.deg2rad(40.0)  # minimum dihedral angle of a sharp crease, where shading breaks
@@ -23,11 +23,12 @@ def edge_prices(length: FloatArray, bend: FloatArray, is_hard: BoolArray) -> Flo
     Parameters
     ----------
     length : (#E,) float64
-        Length of each edge, times its visibility: the factor of `ChartOptions.hide`.
+        Length of each edge, multiplied by the factor of `ChartOptions.hide`.
     bend : (#E,) float64
         Dihedral angle at each edge, radians.
     is_hard : (#E,) bool
-        Whether the edge is on a body with planes. On others, large angles are noise or coarse triangles.
+        Whether the edge is on a body with planes. On other bodies, large angles are noise or due to coarse
+        triangles.
 
     Returns
     -------
@@ -54,14 +55,14 @@ class AtlasCost:
         Mean L2 stretch of the charts, weighted by area, minus 1. For isometric maps the result is multiplied
         by 6. The value is 0 if all lengths are preserved, and infinite if a triangle has collapsed.
     seams : float
-        Length of the seams, in square roots of the component's area, over `ChartOptions.trade`. An edge with
-        a dihedral angle of 90 degrees or more counts half; for smaller angles the reduction is proportional
-        to the angle. On bodies with planes, sharp creases count 0.15 of the reduced length. With
+        Length of the seams, in square roots of the component's area, divided by `ChartOptions.trade`. An edge
+        with a dihedral angle of 90 degrees or more counts half; for smaller angles the reduction is
+        proportional to the angle. On bodies with planes, sharp creases count 0.15 of the reduced length. With
         `ChartOptions.hide`, the length of each edge is multiplied by a factor from 1/3 (hidden) to 3 (in full
         view). Given seams cost the same as seams that are found. The value is infinite if `trade` is 0 and
         there are seams.
     page : float
-        Unused texels of the pages over the covered texels: 1 / fill - 1.
+        Ratio of unused to covered area of the pages: 1 / fill - 1.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Minimum cuts of a piece between its polygons: the cheapest seam that separates two sets of polygons."""
+"""Find the cheapest seam that separates two sets of polygons, as a minimum cut of the dual graph."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..surface import Submesh
 from .features import CreasedSurface
 
-ON_ONE_SIDE, ON_THE_OTHER, ON_EITHER = 0, 1, -1  # required side of a polygon in a minimum cut
+ON_ONE_SIDE, ON_THE_OTHER, ON_EITHER = 0, 1, -1  # sides of a minimum cut on which a polygon must be
 
 
 def edges_between_polygons(piece: Submesh) -> tuple[IntArray, FloatArray]:
@@ -29,17 +29,17 @@ def divide_at_least_cut(sides: IntArray, price: FloatArray, terminal: IntArray) 
     price : (#E,) float64
     terminal : (#P,) int64
         `ON_ONE_SIDE` and `ON_THE_OTHER` for the polygons that the seam must separate, `ON_EITHER` otherwise.
-        If one of the sides has no polygons, no seam is needed, and the mask is False everywhere.
+        If no polygon is required on one of the sides, no seam is needed, and the mask is False everywhere.
     """
     is_free = terminal == ON_EITHER
     n_free = int(np.count_nonzero(is_free))
-    node = n_free + terminal  # all polygons that must be on the same side are one node
+    node = n_free + terminal  # one node for all polygons of a required side
     node[is_free] = np.arange(n_free)
     ends = node[sides]
     apart = ends[0] != ends[1]
     if not ((terminal == ON_ONE_SIDE).any() and (terminal == ON_THE_OTHER).any() and apart.any()):
         return np.zeros(len(terminal), dtype=bool)
-    # capacities are integers, in units of about a millionth of the highest price
+    # SciPy needs integer capacities: use units of about a millionth of the highest price
     dearest = max(float(price.max()), np.finfo(float).tiny)
     capacity = np.maximum(np.rint(price[apart] / dearest * (1 << 20)).astype(np.int64), 1)
     behind = minimum_cut_side(ends[:, apart].T, capacity, n_free + 2, n_free, n_free + 1)
@@ -47,10 +47,11 @@ def divide_at_least_cut(sides: IntArray, price: FloatArray, terminal: IntArray) 
 
 
 def terminals_beside_line(along: FloatArray, band: float) -> IntArray:
-    """Return the terminals of a minimum cut near a line, from the signed distances of polygons to the line.
+    """Return the terminals of a minimum cut near a line.
 
-    Polygons outside a band around the line are terminals. `band` is the width of the band on each side of the
-    line, as a share of the extent. The farthest polygon on each side is a terminal for any `band`.
+    `along` has the signed distances of the polygons from the line. Polygons outside a band around the line
+    are terminals. `band` is the width of the band on each side of the line, as a share of the extent. The
+    farthest polygon on each side is a terminal for any `band`.
     """
     within = np.abs(along) < min(band * np.ptp(along), along.max(), -along.min())
     return np.where(within, ON_EITHER, np.where(along > 0, ON_THE_OTHER, ON_ONE_SIDE))

@@ -1,4 +1,4 @@
-"""The options of `unwrap` for charts, and the rules that follow from them."""
+"""Options of `unwrap` for charts, and the rules that follow from the options."""
 
 from __future__ import annotations
 
@@ -16,38 +16,40 @@ from .features import Hiding
 from .packing import Packing, PackingRequest
 from .seams import TRADE, SeamSearch, check_trade
 
-# Maximum expected L2 stretch beyond 1 of the isometric map of an uncut piece, at the default `trade`.
+# Cut pieces whose isometric map has an expected (L2 stretch - 1) above this, at the default `trade`.
 UNEVEN_STRETCH = 0.03
-MEASURED_OVER_EXPECTED = 8.0  # maximum measured stretch beyond 1 of an isometric map, over the expected one
+MEASURED_OVER_EXPECTED = 8.0  # maximum ratio of measured to expected (L2 stretch - 1)
 
 
 @dataclass(frozen=True, eq=False)
 class ChartOptions:
-    """How `unwrap` makes charts: where it cuts, and which charts it cuts further.
+    """Options for the charts of `unwrap`: where to cut, and which charts to cut further.
 
     Attributes
     ----------
     trade : float
-        As in `find_seams`: larger values allow longer seams to reduce stretch.
+        Seam length that is worth a decrease of the L2 stretch by 1, see `find_seams`. Larger values allow
+        longer seams.
     hide : (3,) or (#F,) float, or "back", optional
-        As in `find_seams`: a direction (`[0, -1, 0]` is the back if the front looks to +y), a weight for each
-        face, or "back" for the back of a head or figure. The search for seams prefers faces on that side.
+        Where seams are preferred, see `find_seams`: a direction (`[0, -1, 0]` is the back if the front looks
+        to +y), a weight for each face, or "back" for the back of a head or figure.
     keep_holes : bool
-        Leave holes uncut, unless `seams=` cuts them or the map would overlap itself. Holes of planes are
-        never cut.
+        Do not cut from hole to hole, unless `seams=` has such cuts or the map would overlap itself. No seam
+        ends at a hole of a plane in any case.
     extend : bool
-        Add the seams that are missing in `seams=`, to open handles and closed pieces and to reduce stretch.
+        Add seams to those in `seams=` where handles or closed pieces are not open, or to reduce stretch.
     max_stretch : float, optional
         Cut charts, also along edges that are not in `seams=`, until the L2 stretch of each chart is at most
-        `max_stretch`, which is at least 1. By default stretch is weighed against the length of seams; only
-        charts with an L2 stretch above 10, or above 1.24 for isometric maps at the default `trade`, are cut.
+        `max_stretch`, which is at least 1. By default stretch is weighed against the length of seams, and a
+        chart is cut in any case if its L2 stretch is above 10, or above 1.24 for isometric maps at the
+        default `trade`.
     max_dirichlet : float, optional
         Bound on the mean symmetric Dirichlet energy of the whole atlas: the mean of s1^2 + s2^2 + s1^-2 +
-        s2^-2 over the area, which is 4 for an isometry, or 4 times `Quality.symmetric_dirichlet`. The bound
-        is met by a search over `trade`, for the shortest seams. 4.1 is the bound of OptCuts and UVgami.
+        s2^-2 over the area. It is 4 for an isometry, and 4 times `Quality.symmetric_dirichlet`. A search over
+        `trade` finds the shortest seams that meet the bound. OptCuts and UVgami use the bound 4.1.
     max_charts : int, optional
-        Bound on the number of charts, met by a search over smaller values of `trade`. With `max_dirichlet`,
-        the atlas has to meet both.
+        Bound on the number of charts. A search over smaller values of `trade` meets the bound. With
+        `max_dirichlet`, the atlas has to meet both bounds.
     repair_overlaps : bool
         If a chart overlaps itself, move its parts apart with `make_bijective` instead of splitting it, and
         report the increase of F/3nt as `Chart.distortion_increase`. Charts with holes, and charts whose
@@ -93,11 +95,11 @@ class ChartOptions:
 
     @property
     def bounds_atlas(self) -> bool:
-        """Return True if a bound on the whole atlas is to be met by a search over `trade`."""
+        """Return True if there are bounds on the whole atlas, which a search over `trade` has to meet."""
         return self.max_dirichlet is not None or self.max_charts is not None
 
     def label_faces(self, face: IntArray) -> IntArray | None:
-        """Return the label of each triangle; `face` has the caller's face of each triangle.
+        """Return the label of each triangle; `face` has the input face that each triangle is part of.
 
         Raises
         ------
@@ -124,14 +126,14 @@ class ChartOptions:
 def resolve_method_of_charts(
     method: str | Method | None, cones: object, options: MethodOptions | None = None
 ) -> Method:
-    """Return the method of a call of `unwrap`, or the default method, with the keywords `options`.
+    """Return the method object of a call of `unwrap`, with the method's keywords in `options`.
 
     Cones need a method that preserves angles.
 
     Raises
     ------
     ValueError
-        An option is not an option of the method; the message states where it belongs.
+        An option is unknown to the method; the message states where it belongs.
     """
     options = {} if options is None else options
     for name, value in options.items():
@@ -148,7 +150,7 @@ def resolve_options(
     cones: Cones | GivenCones | None,
     packing: Packing | None,
 ) -> tuple[ChartOptions, Cones | None, PackingRequest]:
-    """Check the options of a call of `unwrap`, replace missing options by defaults, and return them.
+    """Check the options of a call of `unwrap`, and return them with defaults for missing options.
 
     Raises
     ------
@@ -185,7 +187,7 @@ def resolve_options(
 
 @dataclass(frozen=True)
 class ChartRules:
-    """The rules of `unwrap` for flattening pieces and cutting them further."""
+    """The rules by which `unwrap` flattens pieces and cuts them further."""
 
     method: Method
     may_find_seams: bool
@@ -224,7 +226,7 @@ class ChartRules:
 
     @property
     def most_stretch(self) -> float:
-        """Maximum L2 stretch of a chart that is not cut further."""
+        """Maximum L2 stretch of a chart; charts with more stretch are cut further."""
         if self.max_stretch is not None:
             return self.max_stretch * (1 + STRETCH_ROUNDING)
         measured = 1 + MEASURED_OVER_EXPECTED * (self.even_stretch - 1)
@@ -232,12 +234,12 @@ class ChartRules:
 
     @property
     def even_stretch(self) -> float:
-        """Maximum expected L2 stretch of the isometric map of a piece that needs no more seams."""
+        """Expected L2 stretch of an isometric map up to which a piece needs no more seams."""
         if not (self.weighs_stretch and self.trade and isinstance(self.method, Isometric)):
             return np.inf
         return 1 + UNEVEN_STRETCH * max(TRADE / self.trade, 1.0)
 
     @property
     def weighs_stretch(self) -> bool:
-        """Return True if charts are cut further where the saved stretch is worth a seam."""
+        """Return True if charts are cut further whenever the saved stretch is worth a seam."""
         return self.may_find_seams and not self.keep_holes and self.max_stretch is None

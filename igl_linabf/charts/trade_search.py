@@ -12,9 +12,9 @@ from ..errors import FallbackWarning, stack_level
 from .atlas import ISOMETRY_ENERGY, Atlas, list_unmet_bounds, mean_energy
 from .options import ChartOptions
 
-MIN_TRADE, MAX_TRADE = 0.1, 1_000.0  # range in which the search continues from the initial `trade`
-BRACKETING_FACTOR = 4.0  # ratio of consecutive trials until one meets a bound and another does not
-SUFFICIENT_RATIO = 1.1  # ratio of two values of `trade` between which no further value is tried
+MIN_TRADE, MAX_TRADE = 0.1, 1_000.0  # range of `trade` that the search may try
+BRACKETING_FACTOR = 4.0  # ratio of consecutive values of `trade` until the bound is bracketed
+SUFFICIENT_RATIO = 1.1  # stop once the bracketing values of `trade` have this ratio
 MAX_TRIALS = 12
 
 
@@ -22,9 +22,10 @@ def search_trade(make: Callable[[float], Atlas], asked: ChartOptions) -> Atlas:
     """Return the best atlas of a search over `trade` for the bounds in the options.
 
     The search starts at the `trade` of the options and bisects on a logarithmic scale. With `max_dirichlet`,
-    it looks for the smallest `trade` that meets this bound, and the best atlas is the one with the shortest
-    seams that meets all bounds. With `max_charts` alone, the best atlas has the largest `trade`, at most the
-    initial one, that meets the bound. If no atlas meets all bounds, the best one exceeds them least.
+    the search looks for the smallest `trade` that meets this bound, and the best atlas has the shortest seams
+    among the atlases that meet all bounds. With `max_charts` alone, the best atlas has the largest `trade`,
+    at most the initial value, that meets the bound. If no atlas meets all bounds, the best atlas exceeds them
+    least.
 
     Parameters
     ----------
@@ -67,7 +68,7 @@ def search_trade(make: Callable[[float], Atlas], asked: ChartOptions) -> Atlas:
 def _next_trade(low: float, high: float) -> float | None:
     """Return the next `trade` to try above `low` and below `high`; None if the search is complete.
 
-    `low` is 0, and `high` infinite, before a trial has found such a limit.
+    `low` is 0 and `high` is infinite until trials have found these limits.
     """
     if high == np.inf:
         return None if low >= MAX_TRADE else min(max(low * BRACKETING_FACTOR, MIN_TRADE), MAX_TRADE)
@@ -77,7 +78,7 @@ def _next_trade(low: float, high: float) -> float | None:
 
 
 def _energy_excess(atlas: Atlas) -> float:
-    """Return the energy beyond an isometry's, over the largest allowed value; infinite without a map."""
+    """Return (energy - 4) divided by its largest allowed value; infinite if the energy is not finite."""
     largest = atlas.report.bounds.max_dirichlet
     if largest is None:
         return 0.0
@@ -86,7 +87,7 @@ def _energy_excess(atlas: Atlas) -> float:
 
 
 def _rank(atlas: Atlas) -> tuple[bool, float, float]:
-    """Return a key by which the best atlas is the smallest."""
+    """Return a key for sorting atlases; the best atlas has the smallest key."""
     bounds = atlas.report.bounds
     charts = 0.0 if bounds.max_charts is None else len(atlas.charts) / bounds.max_charts
     excess = max(_energy_excess(atlas), 1.0) + max(charts, 1.0)

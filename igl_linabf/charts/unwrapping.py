@@ -67,9 +67,9 @@ elif TYPE_CHECKING:
     from typing_extensions import Unpack
 
 MAX_MARGIN_SHARE = 0.64  # maximum share of a page that the margins around charts may cover
-SEARCHED_OVER_TRIAL = 0.88  # minimum ratio of the page size after a full search to that of a quick trial
-MAX_SPARSE_FILL = 0.57  # maximum fill of a page of many charts whose largest charts are cut
-MIN_FILL_GAIN = 1.25  # minimum ratio of the fills of a page after and before cuts, if `cut_below` is below 1
+SEARCHED_OVER_TRIAL = 0.88  # a full search makes a page smaller than a quick trial, at most by this factor
+MAX_SPARSE_FILL = 0.57  # with many charts, do not cut charts if they cover more than this share of the page
+MIN_FILL_GAIN = 1.25  # with `cut_below` below 1, cuts must make the page fuller by this factor
 
 
 @takes_vertices_and_faces
@@ -94,17 +94,17 @@ def unwrap(
     V : (#V, 3) float
         Vertex positions, finite at all vertices of faces.
     F : (#F, 3) or (#F, k) int, or list of lists of int
-        Any triangles, quadrangles or polygons. A mesh that is not a clean oriented manifold is repaired as by
+        Any triangles, quadrangles or polygons. A mesh that is not a clean oriented manifold is repaired by
         `clean`. Seams follow the edges of polygons, never the diagonals that split them.
     seams : (#E, 2) int or (#F, 3) bool, optional
         The edges to cut, in the formats of `cut`; a mask has the shape of `F`. By default `find_seams` finds
-        the seams. Given seams are cut exactly, except that charts whose maps overlap, or exceed
-        `max_stretch`, are split along further edges, with a warning; `atlas.added_seams` has these edges.
+        the seams. Only given seams are cut, unless the map of a chart overlaps or exceeds `max_stretch`. Such
+        charts are split along further edges, with a warning; `atlas.added_seams` has these edges.
     charts : ChartOptions, optional
         How charts are made: how long seams may be to reduce stretch (`ChartOptions(trade=30)`), where they
         are hidden, whether given seams are extended, and how holes, stretch and overlaps are treated.
     method : str or method object, optional
-        As in `flatten`; by default "isometric", and "linabf" with `cones`.
+        The method that flattens the charts, see `flatten`; by default "isometric", and "linabf" with `cones`.
     cones : Cones, (#C,) int, int or "auto", optional
         Vertices that keep all curvature, or the number of cones to find on each component, or `Cones` with
         their angles and the period of a texture. Needs "linabf" or "abf". Cannot be combined with `seams`
@@ -113,13 +113,13 @@ def unwrap(
         The texture's resolution, distances between charts, texel density and pages. By default charts fill
         one page with a margin.
     weld : float or False, optional
-        As in `clean`.
+        Distance up to which vertices are merged, see `clean`.
     strict : bool
         Raise an error if the mesh is not a clean oriented manifold, instead of repairing it.
     progress : callable or False, optional
-        As in `flatten`.
+        Progress bar, see `flatten`.
     **options
-        Options of the method, as in `flatten`.
+        Options of the method, see `flatten`.
 
     Returns
     -------
@@ -128,12 +128,12 @@ def unwrap(
     Raises
     ------
     MeshError
-        The arrays are malformed, a coordinate at a face is NaN or infinite, a seam is not an edge, or given
-        seams leave a chart with handles or without a boundary and are not to be completed. A cone is not an
-        interior vertex, there are too few cones, or their angles violate Gauss-Bonnet; the message has the
-        required numbers. The period is too long for the distances of the cones; the message has a shorter
-        one. With `strict`, also: the surface is not an oriented manifold, or a face has no area. With a texel
-        density, also: the charts do not fit on the pages.
+        The arrays are malformed, a coordinate at a face is NaN or infinite, a seam is not an edge, or a chart
+        has handles or no boundary after cutting the given seams, and `ChartOptions.extend` is False. A cone
+        is not an interior vertex, there are too few cones, or their angles violate Gauss-Bonnet; the message
+        has the required numbers. The period is too long for the distances of the cones; the message has a
+        shorter period. With `strict`, also: the surface is not an oriented manifold, or a face has no area.
+        With a texel density, also: the charts do not fit on the pages.
     ValueError
         `weld` is out of its range, options cannot be combined, or an option is unknown; the message says
         whether it is an option of `charts`, `packing` or `cones`.
@@ -144,8 +144,8 @@ def unwrap(
         Edges are cut in addition to the given seams; the message has their number and the reasons. Or charts
         are flattened with `guarantee="injective"`, because no seams were found that prevent flips.
     MeshWarning
-        The mesh was repaired, or its vertices were welded; `atlas.report.repairs` has the details. Or some
-        boundary edges coincide, but fewer than half; charts end there unless `weld=0`.
+        The mesh was repaired, or its vertices were welded; `atlas.report.repairs` has the details. Or fewer
+        than half of the boundary edges coincide with other boundary edges. Charts end there unless `weld=0`.
     OutcomeWarning
         A chart has flipped faces, still overlaps itself, or is stretched beyond use. Or no atlas was found
         that meets `max_dirichlet` and `max_charts`.
@@ -214,19 +214,19 @@ def unwrap(
 
 @dataclass(frozen=True, eq=False)
 class _Source:
-    """The repaired surface of a call of `unwrap`, and the edges at which charts have to end."""
+    """The repaired surface of a call of `unwrap`, and the edges that charts must not cross."""
 
     surface: Submesh
     cleaned: Cleaned
     seams: ArrayLike | None
-    F: IntArray  # the given triangles
+    F: IntArray  # the triangles before the repair
     labels: IntArray | None
 
 
 def _unwrap_surface(
     source: _Source, creased: CreasedSurface, wanted: Cones | None, request: PackingRequest, rules: ChartRules
 ) -> Atlas:
-    """Cut, flatten and pack the repaired surface. The atlas refers to its vertices and faces."""
+    """Cut, flatten and pack the repaired surface; return an atlas of the repaired surface."""
     surface, cleaned = source.surface, source.cleaned
     kept = np.zeros((0, 2), dtype=np.int64)
     if wanted is None:
@@ -252,7 +252,7 @@ def _pack_charts(
     wanted: Cones | None,
     rules: ChartRules,
 ) -> Atlas:
-    """Pack charts; without cones, first cut charts that are larger than a page or waste much of it."""
+    """Pack charts. Without cones, first cut charts that are larger than a page or waste much of it."""
     surface = creased.surface
     done = _set_scales(surface, made.charts, request.unseen)
     if wanted is not None:
@@ -301,9 +301,9 @@ def _warn_of_repairs(cleaned: Cleaned) -> None:
 
 
 def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
-    """Warn if boundary edges coincide: vertices are usually doubled at the seams of an older map."""
+    """Warn if boundary edges coincide, usually because vertices are duplicated at seams of an older map."""
     rim = surface.topology.boundary_edges
-    # count an edge that a repair has cut as one edge
+    # an edge that the repair has cut is counted once
     given, first = np.unique(np.sort(cleaned.origin[rim], axis=1), axis=0, return_index=True)
     doubled = np.unique(given[coincident_edges(surface.V, rim[first])])
     if len(doubled):
@@ -316,7 +316,7 @@ def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
 
 
 def _warn_of_added_seams(atlas: Atlas) -> None:
-    """Warn if charts were cut along edges that the caller did not give."""
+    """Warn if charts were cut along edges that are not in `seams=`."""
     added = atlas.added_seams
     if len(added):
         counts = Counter(reason for chart in atlas.charts for reason in chart.split_reasons)
@@ -334,10 +334,10 @@ def _warn_of_added_seams(atlas: Atlas) -> None:
 def _pack_fully(
     creased: CreasedSurface, done: list[tuple[Chart, Submesh]], request: PackingRequest, rules: ChartRules
 ) -> Atlas:
-    """Pack charts; first cut charts with many limbs if the fuller page is worth the seams.
+    """Pack charts. First cut charts with many limbs if the fuller page is worth the seams.
 
-    Nothing is cut if the page is full enough. Less is enough for many charts, whose smallest fill the gaps
-    between the others.
+    Nothing is cut if the charts cover enough of the page. The required share is lower for many charts,
+    because small charts fill the gaps between large charts.
     """
     surface, placed = creased.surface, None
     enough = min(request.cut_below, MAX_SPARSE_FILL if len(done) > MOST_TRIAL_CHARTS else 1.0)
@@ -353,7 +353,7 @@ def _pack_fully(
     dearer, cheaper = (
         compute_division_price(creased, [piece for _, piece in charts]) for charts in (parts, done)
     )
-    # page size that makes the uncut charts as costly as the cut charts
+    # size of the page at which the uncut charts would cost as much as the cut charts
     worth = 1 / measure_fill(fuller) + (dearer - cheaper) / size / rules.trade
     if request.cut_below < 1:
         worth = max(worth, MIN_FILL_GAIN / measure_fill(fuller))
@@ -370,13 +370,13 @@ def _scale_maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, Int
 
 
 def _place_charts(done: list[tuple[Chart, Submesh]], request: PackingRequest) -> list[PackedChart]:
-    """Place charts on pages; reduce the margin if it leaves no room for them."""
+    """Place charts on pages; reduce the margin if it leaves no room for the charts."""
     closer = request.spacing.for_charts(len(done)).limit_gap(_find_widest_gap(len(done)))
     return pack_maps(_scale_maps(done), replace(request, spacing=closer))
 
 
 def _find_widest_gap(number: int) -> float:
-    """Return the maximum gap between charts, as a share of the page's width, that leaves room for them."""
+    """Return the maximum gap that leaves room for `number` charts, as a share of the page's width."""
     return float(np.sqrt(MAX_MARGIN_SHARE / number))
 
 
@@ -406,13 +406,13 @@ def _make_atlas(
     FTC, label, rows = np.empty_like(surface.F), np.empty_like(of), np.searchsorted(surface.faces, faces)
     FTC[rows], label[rows] = F + vertices.start[of, None], of
     TC, page = np.concatenate([p.uv for p in placed]), np.array([p.page for p in placed])
-    flat = TC * [1, request.spacing.aspect]  # both coordinates in page widths
+    flat = TC * [1, request.spacing.aspect]  # in units of the page width
     seams, mismatch = find_seams_and_mismatch(surface.topology, flat, FTC)
     if len(charts) > 1:
         whole = Submesh(V, FTC, surface.faces, origin, surface.n_given)
         scale = vertices.repeat(np.array([chart.scale for chart in charts]))[:, None]
         quality = measure_quality(whole, flat / scale, sum(chart.overlapping for chart in charts))
-    else:  # packing a single chart changes its quality only if faces collapse on the page
+    else:  # a single chart has the same quality, except for faces that collapse
         quality = replace(charts[0].quality, flips=len(flipped_faces(complex_positions(TC), FTC.T)))
     return Atlas(
         TC=TC,

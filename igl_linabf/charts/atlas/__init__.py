@@ -1,7 +1,7 @@
-"""Atlases and their charts.
+"""Represent atlases and their charts.
 
-Input: pieces of a surface, each flattened on its own. Output: `Atlas` and `Chart`, the seams of texture
-coordinates, and the atlas of the mesh and the polygons that the caller passed.
+Takes pieces of a surface, each flattened on its own. Returns `Atlas` and `Chart`, the seams of texture
+coordinates, and the atlas of the original mesh and its polygons.
 """
 
 from .atlas import (

@@ -1,4 +1,4 @@
-"""An atlas: the charts of a surface and their texture coordinates."""
+"""Represent an atlas: the charts of a surface and their texture coordinates."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from ...measures import Quality, format_pair_count
 from ...surface import Repair, Triangles, complex_positions, distinct_corners, signed_double_areas
 from ..cost import AtlasCost
 
-MAX_LISTED_CHARTS = 20  # maximum number of charts in the table of a notebook
-UNUSABLE_STRETCH = 10.0  # charts with more L2 stretch are cut further or, if uncut, reported
-STRETCH_ROUNDING = 1e-9  # relative tolerance for rounding in `max_stretch`
+MAX_LISTED_CHARTS = 20  # maximum number of charts in the table that a notebook shows
+UNUSABLE_STRETCH = 10.0  # charts with more L2 stretch are cut further or, if that is not possible, reported
+STRETCH_ROUNDING = 1e-9  # relative tolerance for rounding errors when `max_stretch` is checked
 ISOMETRY_ENERGY = 4.0  # symmetric Dirichlet energy s1^2 + s2^2 + s1^-2 + s2^-2 of an isometry
-MAX_SEAM_MISMATCH = 1e-4  # maximum `seam_mismatch` for textures that continue across the seams of cones
+MAX_SEAM_MISMATCH = 1e-4  # report seams of cones with a larger `seam_mismatch`: textures do not continue
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,13 +39,13 @@ class Chart:
     overlapping : int
         Number of pairs of faces that still overlap.
     distortion_increase : float
-        Increase of F/3nt from moving overlapping parts apart; 0 if no parts were moved.
+        Increase of the angle distortion F/3nt from moving overlapping parts apart; 0 if no parts were moved.
     scale : float
         Texel density of the chart relative to the atlas: `Packing.unseen` if the chart is invisible from
         outside, otherwise 1.
     split_reasons : tuple of str
-        Reasons for these cuts: some of "uneven texels", "flipped triangles", "overlaps", "stretch" and "the
-        limits of double precision".
+        Reasons for the cuts that `n_splits` counts: some of "uneven texels", "flipped triangles", "overlaps",
+        "stretch" and "the limits of double precision".
     """
 
     faces: IntArray
@@ -63,15 +63,15 @@ class Chart:
 
 @dataclass(frozen=True)
 class AtlasBounds:
-    """The bounds that an atlas was to meet, and the `trade` of its charts.
+    """The bounds that were requested for an atlas, and the `trade` with which it was made.
 
     Attributes
     ----------
     max_stretch, max_dirichlet, max_charts : float or None
-        The bounds that the caller passed in `ChartOptions`; `max_charts` is an integer.
+        The bounds in `ChartOptions`; `max_charts` is an integer.
     trade : float or None
-        The `trade` of the charts; with `max_dirichlet` or `max_charts`, the one that the search found. None
-        for an empty mesh.
+        The `trade` with which the charts were made. With `max_dirichlet` or `max_charts`, a search determined
+        it. None for an empty mesh.
     """
 
     max_stretch: float | None = None
@@ -95,10 +95,10 @@ class AtlasReport:
     repairs : tuple of Repair
         Repairs that `unwrap` made to the mesh; empty if the mesh was clean.
     bounds : AtlasBounds
-        The bounds that the caller passed, and the `trade` of the charts.
+        The requested bounds, and the `trade` with which the charts were made.
     scale : float
-        Page widths per unit of length of V, averaged over a chart of scale 1. Multiply by the page width in
-        texels to get the texel density.
+        Page widths per unit of length of V, averaged over a chart with a `Chart.scale` of 1. Multiply by the
+        page width in texels to get the texel density.
     cones : (#C,) int64
         The vertices that are cones; empty without cones.
     cone_angles : (#C,) float64
@@ -106,14 +106,15 @@ class AtlasReport:
     coned : bool
         Whether cones were requested. If True, the sides of all seams must match, even if there are no cones.
     period : float or None
-        Period of a texture that continues across the seams, measured from the origin of `TC`; None without
-        one.
+        Period of a texture that continues across the seams, measured from the origin of `TC`; None if no
+        period was requested.
     split : Triangles or None
         The triangulation of the polygons; None if the faces are triangles.
     given_seams : (#G, 2) int64
-        The edges that the caller asked to cut; `write_pattern` joins no pieces along them.
+        The edges given in `seams=`. `write_pattern` joins no pieces along these edges.
     aspect : float
-        Height of a page over its width. `TC` is relative to both; `flat` has the true proportions.
+        Height of a page divided by its width. `TC` is relative to height and width; `flat` has the true
+        proportions.
     """
 
     seam_mismatch: float = 0.0
@@ -137,8 +138,8 @@ class Atlas:
     Attributes
     ----------
     TC : (#TC, 2) float64
-        Texture coordinates in the unit square. Page k is the square above and right of (k % 10, k // 10), as
-        UDIM tile 1001 + k.
+        Texture coordinates. Page k is the unit square with the lower left corner (k % 10, k // 10), UDIM tile
+        1001 + k.
     FTC : (#F, 3) int64
         Rows of `TC` at the corners of the faces, in the shape of `F`: (#F, k) for faces with k corners, a
         tuple of arrays for faces of different sizes.
@@ -156,10 +157,10 @@ class Atlas:
     fill : float
         Share of the pages that the charts cover.
     quality : Quality
-        Of the whole atlas: angles at all corners, and stretch at the common scale of the charts, ignoring
-        `Chart.scale`. Faces that were set aside do not count.
+        Quality of the whole atlas: angles at all corners, and stretch at the common scale of the charts,
+        ignoring `Chart.scale`. Faces that the repair removed do not count.
     cost : AtlasCost
-        Stretch, seams and unused part of the pages, in the units in which `unwrap` weighs them.
+        Stretch, length of the seams and unused part of the pages, in the units in which `unwrap` weighs them.
     report : AtlasReport
         Repairs, scale, cones, and further facts about how the atlas was made.
     """
@@ -191,28 +192,28 @@ class Atlas:
 
     @property
     def flat(self) -> FloatArray:
-        """`TC` in units of the page width, (#TC, 2).
+        """Texture coordinates `TC` in units of the page width, (#TC, 2).
 
-        The angles of the charts are preserved, also on pages that are not square.
+        Charts have their true angles, even if the pages are not square.
         """
         return np.asarray(self.TC * [1, self.report.aspect])
 
     @property
     def triangles(self) -> IntArray:
-        """Rows of `TC` at the corners of triangles, (#T, 3): `FTC`, or its polygons split into triangles."""
+        """Rows of `TC` at the corners of triangles, (#T, 3): `FTC`, with polygons split into triangles."""
         if self.report.split is None:
             return np.asarray(self.FTC)
         return np.concatenate([np.ravel(row) for row in self.FTC])[self.report.split.place]
 
     @property
     def drawn(self) -> IntArray:
-        """Rows of `triangles` that can be drawn: triangles that repeat a corner are excluded."""
+        """Rows of `triangles` that can be drawn, without triangles that repeat a corner."""
         F = self.triangles
         return np.asarray(F[distinct_corners(F)])
 
     @property
     def good(self) -> bool:
-        """Return True if no face is flipped, no chart overlaps itself, and no chart is unusably stretched."""
+        """Return True if no face is flipped, and no chart overlaps itself or is stretched beyond use."""
         return not self.troubles
 
     @property
@@ -259,7 +260,7 @@ class Atlas:
         return said + list_unmet_bounds(self)
 
     def _find_smallest_faces(self, number: int) -> IntArray:
-        """Return the `number` smallest faces of the map, without those that repeat a corner."""
+        """Return the `number` smallest faces of the map, ignoring faces that repeat a corner."""
         F = self.triangles
         rows = np.flatnonzero(distinct_corners(F))
         area = np.abs(signed_double_areas(complex_positions(self.TC), F[rows].T))

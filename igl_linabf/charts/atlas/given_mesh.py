@@ -1,4 +1,4 @@
-"""The atlas of the given mesh, computed from the atlas of the repaired mesh."""
+"""Convert the atlas of a repaired mesh to an atlas of the original mesh."""
 
 from dataclasses import replace
 
@@ -15,16 +15,16 @@ NO_QUALITY = Quality(  # quality of an empty mesh
 
 
 def map_sides_to_cleaned(mask: BoolArray, cleaned: Cleaned) -> BoolArray:
-    """Convert a mask of the sides k to k + 1 of the given faces to a mask of the repaired faces."""
+    """Convert a mask, (#F, 3), of the sides k to k + 1 of the original faces to the repaired faces."""
     mask = mask[cleaned.faces]
     mask = np.where(cleaned.turned[:, None], mask[:, ::-1], mask)
-    return seam_mask(mask, cleaned.F, len(cleaned.V))  # marks both sides of a welded edge
+    return seam_mask(mask, cleaned.F, len(cleaned.V))  # marks both sides of an edge that was welded
 
 
 def convert_to_given_mesh(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
-    """Convert the atlas of the repaired mesh to an atlas of the given mesh.
+    """Convert the atlas of the repaired mesh to an atlas of the original mesh.
 
-    The result refers to the given vertices and has a row for each given face, in the given orientation.
+    The result refers to the original vertices and has a row for each original face, in its orientation.
     """
     FTC, chart = np.full(F.shape, -1), np.full(len(F), -1)
     FTC[cleaned.faces] = np.where(cleaned.turned[:, None], atlas.FTC[:, [0, 2, 1]], atlas.FTC)
@@ -65,10 +65,10 @@ def empty_atlas(cleaned: Cleaned, F: IntArray) -> Atlas:
 
 
 def _fill_rows_of_removed_faces(FTC: IntArray, chart: IntArray, F: IntArray) -> tuple[IntArray, IntArray]:
-    """Return `FTC` and `chart` with rows for the faces without area, which the repair removed.
+    """Return `FTC` and `chart` with filled rows for the faces without area, which the repair removed.
 
-    In the texture, such a face collapses to an edge or a corner of a neighbour. The input has -1 in its row
-    of `FTC`. `F` has all given faces, with the same index for all vertices at the same position.
+    In the texture, such a face collapses to an edge or a corner of a neighbour. On input, its row of `FTC` is
+    -1. `F` has all original faces, with the same index for all vertices at the same position.
     """
     aside = np.flatnonzero(FTC[:, 0] < 0)
     while len(aside):
@@ -78,14 +78,14 @@ def _fill_rows_of_removed_faces(FTC: IntArray, chart: IntArray, F: IntArray) -> 
         if not found.any():
             lender = _find_vertex_neighbours(F, aside, known)
             found = lender >= 0
-        if not found.any():  # a component without area may be mapped to any point
+        if not found.any():  # no area in the component: any point will do
             FTC[aside], chart[aside] = FTC[known[0], 0], chart[known[0]]
             break
         for t, other in zip(aside[found].tolist(), lender[found].tolist(), strict=True):
             same = F[t][:, None] == F[other]
             at = np.where(same.any(axis=1), same.argmax(axis=1), -1)
             at[at < 0] = at[at >= 0][0]
-            if len(set(at.tolist())) == 3:  # both faces have the same three vertices
+            if len(set(at.tolist())) == 3:  # the face repeats its neighbour's three vertices
                 at[2] = at[1]
             FTC[t], chart[t] = FTC[other][at], chart[other]
         aside = aside[~found]
@@ -93,7 +93,7 @@ def _fill_rows_of_removed_faces(FTC: IntArray, chart: IntArray, F: IntArray) -> 
 
 
 def _find_edge_neighbours(F: IntArray, aside: IntArray, known: IntArray) -> IntArray:
-    """Return, for each face in `aside`, a face in `known` that shares an edge with it, or -1."""
+    """Return for each face in `aside` a face in `known` with a common edge, or -1."""
     n = int(F.max()) + 1
     side = np.stack((F, F[:, [1, 2, 0]]), axis=-1)
     key = side.min(axis=-1) * n + side.max(axis=-1)
@@ -102,14 +102,14 @@ def _find_edge_neighbours(F: IntArray, aside: IntArray, known: IntArray) -> IntA
 
 
 def _find_vertex_neighbours(F: IntArray, aside: IntArray, known: IntArray) -> IntArray:
-    """Return, for each face in `aside`, a face in `known` that shares a vertex with it, or -1."""
+    """Return for each face in `aside` a face in `known` with a common vertex, or -1."""
     return _find_row_with_common_value(F[known], known, F[aside], np.ones((len(aside), 3), dtype=bool))
 
 
 def _find_row_with_common_value(
     table: IntArray, rows: IntArray, wanted: IntArray, usable: BoolArray
 ) -> IntArray:
-    """Find, for each row of `wanted`, a row k of `table` with a common value; return `rows[k]`, or -1.
+    """For each row of `wanted`, find a row k of `table` with a common value; return `rows[k]`, or -1.
 
     Only the values of `wanted` that are marked in `usable` are compared.
     """

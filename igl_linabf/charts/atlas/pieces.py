@@ -1,6 +1,6 @@
-"""A piece of a surface, flattened on its own.
+"""Flatten a piece of a surface on its own.
 
-If a piece is a single triangle that is too thin to be mapped, the triangle is opened slightly first.
+If the piece is a single triangle that is too thin to be mapped, the triangle is made slightly higher first.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from ...surface import (
     normalize_placement,
 )
 
-MIN_LONE_HEIGHT = 1e-6  # minimum height of a chart that is a single triangle, over its longest side
-LONE_ROUNDING = 16 * np.finfo(float).eps  # minimum height of a single triangle, over its largest coordinate
+MIN_LONE_HEIGHT = 1e-6  # minimum ratio of height to longest side of a single triangle that is mapped
+LONE_ROUNDING = 16 * np.finfo(float).eps  # minimum ratio of that height to the largest coordinate
 
 
 def open_slivers(pieces: Sequence[Submesh]) -> list[Submesh]:
-    """Move the apex of each single, thin triangle away from its longest side, and return the pieces.
+    """Make thin triangles that are pieces of their own slightly higher, and return all pieces.
 
-    No other triangle changes, because the triangle is a piece of its own.
+    The apex of such a triangle moves away from the longest side. No other triangle changes.
     """
     made = list(pieces)
     alone = [i for i, piece in enumerate(pieces) if len(piece.F) == 1]
@@ -54,7 +54,7 @@ def open_slivers(pieces: Sequence[Submesh]) -> list[Submesh]:
 
 
 def _raise_apex(corners: FloatArray, height: float) -> FloatArray:
-    """Return the first corner of a triangle, moved to the given height above the opposite side."""
+    """Return the first corner of a triangle after moving it to the given height above the opposite side."""
     apex, start, end = corners
     side = (end - start) / np.linalg.norm(end - start)
     along = (apex - start) @ side
@@ -65,7 +65,7 @@ def _raise_apex(corners: FloatArray, height: float) -> FloatArray:
 
 
 def _remove_component(vector: FloatArray, side: FloatArray) -> FloatArray:
-    """Return the component of a vector orthogonal to a side of unit length."""
+    """Return the component of a vector that is orthogonal to a unit vector."""
     for _ in range(2):  # the second pass removes the rounding error of the first
         vector = vector - (vector @ side) * side
     return vector
@@ -96,7 +96,7 @@ def restrict_uv(uv: FloatArray, piece: Submesh, part: Submesh) -> FloatArray:
 
 
 def scale_to_surface(uv: FloatArray, piece: Submesh) -> FloatArray:
-    """Scale the map of a piece to its area on the surface, centred and turned to the standard position."""
+    """Scale the map of a piece to the piece's area, centre it, and rotate it to its standard orientation."""
     z = normalize_placement(piece.topology, complex_positions(uv), float(piece.measured[0].sum()) / 2)
     return coordinates(z)
 

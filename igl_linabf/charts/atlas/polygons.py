@@ -22,13 +22,13 @@ def split_polygons(V: ArrayLike, F: ArrayLike) -> Triangles | None:
     try:
         array = np.asarray(F)
     except ValueError:
-        array = np.empty(0, dtype=object)  # faces with different numbers of corners
+        array = np.empty(0, dtype=object)  # for faces with different numbers of corners
     if (
         array.shape[1:] == (3,)
         or array.dtype.kind not in "iufO"
         or (array.ndim != 2 and array.dtype != object)
     ):
-        return None  # invalid arrays are reported when the triangles are checked
+        return None  # a later check reports invalid arrays
     polygons = Polygons.of(F)
     positions = vertex_array(V)
     polygons.check(len(positions))
@@ -61,7 +61,7 @@ def convert_seams_to_triangles(seams: ArrayLike, split: Triangles, n: int) -> Bo
             raise MeshError(
                 f"seams is a mask of {array.size} sides for {len(polygons.corners)}: pass F's shape"
             )
-        # sides whose two ends are the same vertex belong to no triangle
+        # no triangle has a side whose two ends are the same vertex
         return np.asarray(array.ravel()[split.place] & ~split.inner)
     mask = seam_mask(array, split.F, n)
     pairs = np.sort(array.reshape(-1, 2).astype(np.int64), axis=1)

@@ -1,4 +1,4 @@
-"""The seams of texture coordinates, and the price of these seams."""
+"""Find the seams of texture coordinates, and the prices of the seams."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...errors import MeshError, some
 from ...surface import NEXT, PREV, Polygons, Ragged, Submesh, Topology, merge_coincident, vertex_array
 from ..features import CreasedSurface
 
-# Minimum double area of an oriented face in the map, relative to its coordinates (single precision: 6e-8).
+# Minimum double area of a face with an orientation, relative to its squared coordinates; absorbs rounding.
 MIN_TURNING_AREA = 1e-6
 
 Given = ArrayLike | None
@@ -37,8 +37,8 @@ def texture_seams(
     """Return the seams of existing texture coordinates.
 
     An edge is a seam of a face if other faces share the edge, and none of these faces has the same texture
-    coordinates at the edge. If `TC` is given, an edge where the map folds over is also a seam: both faces are
-    on the same side of the edge in the map, for example where mirrored halves of a body share a texture.
+    coordinates at the edge. If `TC` is given, an edge where the map folds over is also a seam: both
+    faces are on the same side of the edge in the map, for example where mirrored halves share a texture.
 
     Parameters
     ----------
@@ -48,18 +48,19 @@ def texture_seams(
         Indices of the texture coordinates at the corners, as returned by `igl.readOBJ`.
     V : (#V, 3) float, optional
         Positions. If given, vertices at the same position count as one vertex, as in a triangle soup. By
-        default only equal indices do.
+        default, vertices are identified by their indices.
     TC : (#TC, 2) float, optional
-        Texture coordinates. If given, equal coordinates count as one. By default only equal indices do.
+        Texture coordinates. If given, equal coordinates count as one. By default, they are identified by
+        their indices.
     sides : bool
-        Return a mask. A mask distinguishes the faces at an edge that more than two faces share; a pair of
-        vertices cuts all of them.
+        Return a mask instead of pairs of vertices. If more than two faces share an edge, a mask can cut
+        some of the faces, whereas a pair of vertices cuts all of them.
 
     Returns
     -------
     seams : (#E, 2) int64, or bool in the shape of `F`
-        The vertices of the edges that are a seam of any face; or, with `sides`, whether the side from corner
-        k to k + 1 is a seam.
+        The vertices of the edges that are a seam of any face. With `sides`, `[f, k]` is True if the side from
+        corner k to k + 1 of face f is a seam.
 
     Raises
     ------
@@ -98,7 +99,7 @@ def texture_seams(
 
 
 def _number_corners(faces: Polygons, points: FloatArray | None) -> IntArray:
-    """Return a number for each corner: its index or, if points are given, a number per distinct position."""
+    """Return a number for each corner: its index or, if points are given, the number of its position."""
     if points is None:
         return faces.corners
     return np.asarray(merge_coincident(points, np.unique(faces.corners))[faces.corners])
@@ -117,11 +118,11 @@ def _find_orientations(texture: Polygons, points: FloatArray) -> IntArray:
 
 
 def _find_seam_sides(polygons: Polygons, a: IntArray, s: IntArray, turns: IntArray) -> BoolArray:
-    """Return a mask of the sides that are seams.
+    """Return a mask of the sides of faces that are seams.
 
-    A side is a seam unless an adjacent face has the same texture coordinates and is on the other side of the
-    edge in the map. `a` and `s` number the vertices and the texture coordinates at the corners. `turns` is
-    the orientation of each face.
+    A side is a seam unless an adjacent face has the same texture coordinates at the edge and is on the other
+    side of the edge in the map. `a` and `s` number the vertices and the texture coordinates at the corners.
+    `turns` is the orientation of each face.
     """
     b, t = a[polygons.following], s[polygons.following]
     forth = a < b
@@ -152,7 +153,7 @@ def find_seams_and_mismatch(topology: Topology, TC: FloatArray, FTC: IntArray) -
     start, end = FTC.T[NEXT].ravel(), FTC.T[PREV].ravel()
     halves = topology.sides[:, between]
     length = np.linalg.norm(TC[end[halves]] - TC[start[halves]], axis=-1)
-    with np.errstate(divide="ignore", invalid="ignore"):  # a side may be a single point in the map
+    with np.errstate(divide="ignore", invalid="ignore"):  # sides can have length 0
         ratio = np.abs(np.log(length[0] / length[1]))
     return topology.edges[between], float(np.nan_to_num(ratio, nan=0.0).max(initial=0.0))
 
@@ -181,7 +182,7 @@ def find_seam_prices(creased: CreasedSurface, texture: IntArray) -> tuple[IntArr
 def compute_division_price(creased: CreasedSurface, parts: Sequence[Submesh]) -> float:
     """Return the price of the seams that divide a surface into parts, in units of length."""
     piece = creased.surface
-    F, first = np.empty_like(piece.F), 0  # two parts share no vertex number
+    F, first = np.empty_like(piece.F), 0  # parts get disjoint vertex numbers
     for part in parts:
         F[np.searchsorted(piece.faces, part.faces)] = part.F + first
         first += len(part.V)

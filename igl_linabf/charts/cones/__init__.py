@@ -1,6 +1,6 @@
-"""Cones: the few vertices that keep all curvature of a surface when the rest of the surface is flattened.
+"""Place cones, the few vertices that keep all curvature of a surface when the rest is flattened.
 
-Input: a surface. Output: cones with their angles, a seam through them, and the resulting charts.
+Takes a surface. Returns cones with their angles, a seam through the cones, and the resulting charts.
 The conformal scale follows Ben-Chen, Gotsman, Bunin 2008.
 """
 

@@ -1,4 +1,4 @@
-"""Flatten components with cones: one seam passes through the cones, and its two sides are equally long."""
+"""Cut components along a seam through cones, and flatten them so that both sides of each seam edge match."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ from .seams import find_seam
 
 # Minimum number of nodes for which linear ABF reuses the Laplacian factored to place cones.
 MIN_KNOWN_FACTOR_NODES = 5_000
-# Maximum share of negative cotangent weights for which linear ABF reuses the Laplacian of the cones.
+# Maximum share of negative cotangent weights for which linear ABF reuses that Laplacian.
 MAX_KNOWN_FACTOR_THIN_SHARE = 0.15
-MAX_ANGLE_RESIDUAL = 0.5  # error of the angle sums, radians, above which no map with the cones exists
+MAX_ANGLE_RESIDUAL = 0.5  # error of the map's angle sums, radians, from which the cones count as infeasible
 
-NO_CONES = (np.zeros(0, dtype=np.int64), np.zeros(0))  # vertices and angle sums of the cones
+NO_CONES = (np.zeros(0, dtype=np.int64), np.zeros(0))  # vertices and angle sums of an empty set of cones
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceCones:
-    """The cones that the caller requests on a surface.
+    """The cones that are requested on a surface.
 
     Attributes
     ----------
@@ -52,8 +52,8 @@ class SurfaceCones:
         Vertices of the surface, or the number of cones to find on each component. None finds cones as long as
         they reduce the stretch enough.
     angles : (#C,) float64, "quarter" or None
-        Angle sums, radians; "quarter" for multiples of 90 degrees; None for the angles of the conformal map
-        that has the same scale at all cones.
+        Angle sums, radians; "quarter" for multiples of 90 degrees; None for the angles at which the conformal
+        map has the same scale at all cones.
     """
 
     vertices: IntArray | int | None
@@ -61,7 +61,7 @@ class SurfaceCones:
 
     @classmethod
     def of(cls, cones: Cones, surface: Submesh, cleaned: Cleaned) -> SurfaceCones:
-        """Convert the caller's cones to vertices of the repaired surface.
+        """Convert the requested cones to vertices of the repaired surface.
 
         Raises
         ------
@@ -81,7 +81,7 @@ class SurfaceCones:
         return cls(vertex, np.asarray(angles, dtype=np.float64)[cone])
 
     def place_on(self, component: Submesh) -> ComponentCones:
-        """Return the cones on a component; find cones if the caller gave only their number."""
+        """Return the cones on a component; find cones if only their number was requested."""
         place = ConeComponent(component)
         if self.vertices is None or isinstance(self.vertices, int):
             own = find_cones_on_component(place, self.vertices, CONES_PER_STRETCH)
@@ -105,7 +105,7 @@ class ComponentCones:
     sums : (#C,) float64
         The angle sums at the cones, radians.
     scale : ConeScale or None
-        The scale that determines `sums`; None if the caller gave the angle sums, or there are no cones.
+        The scale that determines `sums`; None if angle sums were requested, or there are no cones.
     quarters : QuantisedCurvatures or None
         The curvatures of the cones if they are multiples of 90 degrees, otherwise None.
     """
@@ -126,7 +126,7 @@ def _list_angle_sums(chosen: ComponentCones) -> FloatArray:
 
 def _find_vertices(given: IntArray, surface: Submesh, cleaned: Cleaned) -> tuple[IntArray, IntArray]:
     """Return, for each cone on the repaired surface, its index in `given` and its vertex."""
-    own = cleaned.merged[cleaned.origin]  # for each vertex of the surface, the caller's vertex
+    own = cleaned.merged[cleaned.origin]  # input vertex of each vertex of the surface
     order = np.argsort(own, kind="stable")
     wanted = cleaned.merged[given]
     first, end = (np.searchsorted(own[order], wanted, side) for side in ("left", "right"))
@@ -156,7 +156,7 @@ class ConeCharts:
     ----------
     charts : list of (Chart, Submesh)
     cones : (#C,) int64
-        The cones, in the surface's numbering of vertices.
+        The cones, as vertices of the surface.
     angles : (#C,) float64
         The angle sums at the cones, radians.
     """
@@ -171,7 +171,7 @@ def make_charts_with_cones(
 ) -> ConeCharts:
     """Cut each component along a seam through its cones, and flatten the component.
 
-    `ends` has two fractions of the progress bar: after all cones are placed, and after all charts are flat.
+    `ends` has the progress, from 0 to 1, after all cones are placed and after all charts are flat.
     """
     components = surface.components()
     with progress_part("cones", ends[0]):
@@ -246,7 +246,7 @@ def _describe_failure(chosen: ComponentCones, quarter: bool, why: str) -> str:
 
 
 def _reuse_laplacian(chosen: ComponentCones) -> KnownLaplacian | None:
-    """Return the factored Laplacian that determined the angles of the cones, for reuse by linear ABF."""
+    """Return the Laplacian that determined the cone angles, which linear ABF can reuse; None without one."""
     if chosen.scale is None:
         return None
     first = chosen.scale.first
@@ -258,7 +258,7 @@ def _reuse_laplacian(chosen: ComponentCones) -> KnownLaplacian | None:
 
 
 def _split_overlaps(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:
-    """Split a map into parts that do not overlap, without moving any of them, so that seams still match."""
+    """Split an overlapping map into charts without overlaps; no chart moves, so that seams still match."""
     check_finite(result.uv, cut.vertices, "uv")
     done: list[tuple[Chart, Submesh]] = []
     waiting = [(cut, result, 0)]

@@ -16,7 +16,7 @@ ConeAngles = Literal["quarter"] | ArrayLike | None
 
 @dataclass(frozen=True, eq=False)
 class Cones:
-    """Cones: vertices at which the map keeps all curvature. `cones=4` is short for `cones=Cones(4)`.
+    """Options for cones, the vertices at which the map keeps all curvature. `cones=4` means `cones=Cones(4)`.
 
     The seam is a tree through the cones and the holes, with loops that open the handles. In the map, both
     sides of each seam edge are equally long (docs/cones.md).
@@ -31,9 +31,9 @@ class Cones:
         at all cones and the boundary. "quarter" chooses multiples of 90 degrees that need little stretch. The
         two sides of each seam then differ by a rotation by a multiple of 90 degrees and a translation.
     period : float, optional
-        Period of a texture, as a share of the page's side, for cones with `angles="quarter"`. All seams then
-        shift the texture by whole periods, so that it continues across the seams. Points of the map move by
-        about half a period.
+        Period of a texture, as a share of the page's side, for cones with `angles="quarter"`. The two sides
+        of each seam are then shifted by whole periods. Therefore the texture continues across the seams.
+        Points of the map move by about half a period.
 
     Raises
     ------

@@ -20,17 +20,17 @@ from .quantisation import QuantisedCurvatures
 from .scale import ConeScale
 from .seams import cut_handles, find_closed_paths, find_seam
 
-# Number of cones that are found one by one.
-# The search also ends after this number of cones in a row without feasible angles.
+# Number of cones up to which cones are added one by one, not in batches.
+# The search also ends after this many cones in a row without feasible angles.
 SINGLE_CONES = 100
-CONES_PER_NEW_CONE = 16  # number of existing cones per new cone of a batch
+CONES_PER_NEW_CONE = 16  # a batch of new cones has one cone for this many existing cones
 MAX_GREEN_VALUES = 200_000_000  # maximum number of stored values of Green's functions: nodes times cones
-MIN_VERTICES_PER_CONE = 8  # interior vertices per cone, if there are more than `SINGLE_CONES` cones
-MAX_IDLE_CONES = 4  # the search ends after this number of cones in a row without gain
-# The search for cones may end below this stretch plus price of cones; also the price of strained cones.
+MIN_VERTICES_PER_CONE = 8  # minimum number of interior vertices per cone, beyond `SINGLE_CONES` cones
+MAX_IDLE_CONES = 4  # the search ends after this many cones in a row that do not lower the cost
+# L2 stretch plus price of the cones below which the search may end; also the penalty for strained cones.
 TOLERABLE_STRETCH = 3.0
-MIN_CONE_ANGLE = np.pi / 3  # minimum angle sum of an unstrained cone, radians
-MAX_ANGLE_AT_CONE = 0.75 * np.pi  # maximum mean angle of the triangles at an unstrained cone, radians
+MIN_CONE_ANGLE = np.pi / 3  # cones with a smaller angle sum, radians, are strained
+MAX_ANGLE_AT_CONE = 0.75 * np.pi  # cones with a larger mean triangle angle, radians, are strained
 QUARTERS_PER_TRIANGLE = 120 / 90  # maximum angle of each triangle at a cone, in quarter turns
 
 
@@ -52,12 +52,13 @@ def find_cones(
     F : (#F, 3) int
         Oriented triangles with any number of components, boundary loops and handles.
     n : int, optional
-        Number of cones on each component, or all interior vertices of a component that has fewer. By default
-        cones are added as long as the saved stretch is worth another cone, see `cones_per_stretch`.
+        Number of cones on each component. If a component has fewer interior vertices, all of them are cones.
+        By default cones are added as long as the saved stretch is worth another cone, see
+        `cones_per_stretch`.
     cones_per_stretch : float
-        Number of additional cones that a decrease of the L2 stretch by 1 is worth. If it is large, cones are
-        added as long as the expected stretch falls. Beyond 100 cones on a component, several cones are added
-        at a time until all limbs have cones.
+        Number of additional cones that a decrease of the L2 stretch by 1 is worth. With a large
+        number, cones are added as long as the expected stretch falls. Beyond 100 cones on a component,
+        several cones are added at a time until all limbs have cones.
 
     Returns
     -------
@@ -67,8 +68,8 @@ def find_cones(
     Raises
     ------
     MeshError
-        The arrays are malformed, the surface is not an oriented manifold, a face is degenerate, or `n` is so
-        small that the angle at a cone would be impossible for its triangles.
+        The arrays are malformed, the surface is not an oriented manifold, a face is degenerate, or `n` is too
+        small: the triangles at a cone could not have the required angle sum.
     ValueError
         `n` is not a number of cones, or `cones_per_stretch` is not positive.
 
@@ -99,12 +100,12 @@ class ConeComponent:
 
     @cached_property
     def piece(self) -> ClosedSurface:
-        """The component as a closed surface."""
+        """The component as a closed surface: each hole is contracted to a node."""
         return ClosedSurface.of(self.component)
 
     @cached_property
     def handle_cut_graph(self) -> IntArray:
-        """Edges of `piece` that form a cut graph of the handles."""
+        """Edges of `piece` along which its handles are cut open."""
         return cut_handles(self.piece)
 
     @cached_property
@@ -115,7 +116,7 @@ class ConeComponent:
 
     @cached_property
     def inner(self) -> IntArray:
-        """The interior vertices, which are the nodes after the holes."""
+        """The interior vertices, in the order of the nodes after the holes."""
         return np.flatnonzero(self.component.topology.interior)
 
     @cached_property
@@ -131,18 +132,18 @@ class ConeComponent:
 
     @property
     def min_cones(self) -> int:
-        """Least number of cones that makes the surface flat with cone angles of at least 90 degrees."""
+        """Least number of cones with angles of at least 90 degrees that can hold all curvature."""
         total = self.closed_curvature
         return 0 if total is None or total == 0 else 3 if total > 0 else 1
 
     @property
     def n_single_cones(self) -> int:
-        """Number of cones that are found one by one. Few surfaces need more cones."""
+        """Number of cones up to which cones are added one by one. Few surfaces need more cones."""
         return max(SINGLE_CONES, 2 * abs(self.component.topology.characteristic))
 
     @property
     def max_cones(self) -> int:
-        """Largest number of cones to find."""
+        """Maximum number of cones to find on the component."""
         by_memory = MAX_GREEN_VALUES // self.piece.graph.n
         return max(self.n_single_cones, min(by_memory, len(self.inner) // MIN_VERTICES_PER_CONE))
 
@@ -169,17 +170,17 @@ def find_cones_on_component(place: ConeComponent, n: int | None, cones_per_stret
 
 
 def _choose_cones(place: ConeComponent, n: int | None, cones_per_stretch: float) -> IntArray:
-    """Return the nodes of `n` cones; if `n` is None, as many as minimise stretch plus price of cones."""
+    """Return the nodes of `n` cones or, if `n` is None, of the cones of least stretch plus price."""
     if n is not None:
         return _choose_first_cones(place, n)
     best, least, smallest, idle = np.zeros(0, dtype=np.int64), np.inf, np.inf, 0
     for scale in _grow_cones(place, place.max_cones):
         many, cost = len(scale.nodes) >= place.n_single_cones, np.inf
         if place.closed_curvature == 0 and len(scale.nodes) == 1:
-            least = scale.stretch  # on a torus, a single cone has curvature zero
+            least = scale.stretch  # on a torus, the only cone has curvature 0
         if len(scale.nodes) >= place.min_cones:
             cost = scale.stretch + len(scale.nodes) / cones_per_stretch + _strain_price(place, scale)
-            # a few limbs without cones can hide the gain of cones elsewhere
+            # the stretch hardly falls while any limb lacks a cone: watch the spread of the scale, too
             spread = scale.spread if many and scale.stretch >= TOLERABLE_STRETCH else np.inf
             idle = 0 if cost < least or spread < smallest else idle + 1
             smallest = min(smallest, spread)
@@ -198,7 +199,7 @@ def _choose_first_cones(place: ConeComponent, n: int) -> IntArray:
     Raises
     ------
     MeshError
-        Triangles can have neither the cone angles of equal scale nor cone angles of multiples of 90 degrees.
+        Triangles at a cone can have neither the angle sum for equal scale nor a multiple of 90 degrees.
     """
     *_, scale = _grow_cones(place, n)
     angle = 2 * np.pi - scale.curvature
@@ -213,7 +214,7 @@ def _choose_first_cones(place: ConeComponent, n: int) -> IntArray:
 
 
 def _describe_too_few(place: ConeComponent, scale: ConeScale, beyond: int, enough: int | None) -> str:
-    """Return the error message that a cone's angle is not feasible; suggest `enough` cones."""
+    """Return an error message: a cone's angle is not feasible, and `enough` cones are needed."""
     angle, around = 2 * np.pi - scale.curvature[beyond], place.valence[scale.nodes[beyond]]
     (vertex,) = place.component.vertices[place.vertices(scale.nodes[[beyond]])]
     help_ = "cut along seams instead: leave out cones" if enough is None else f"give at least {enough}"
@@ -237,7 +238,7 @@ def _grow_cones(place: ConeComponent, most: int) -> Iterator[ConeScale]:
 
 
 def _find_next_cones(place: ConeComponent, scale: ConeScale, most: int) -> IntArray:
-    """Return the node where a new cone saves most stretch; if there are many cones, several distant nodes."""
+    """Return the node where a new cone saves most stretch. If there are many cones, return several nodes."""
     far = np.abs(scale.log_scale)
     far[scale.nodes] = 0.0
     if most <= 0 or not far.any():
@@ -253,7 +254,7 @@ def _find_next_cones(place: ConeComponent, scale: ConeScale, most: int) -> IntAr
         return np.array([np.argmax(near if near.any() else far)])
     order = np.argsort(far, kind="stable")
     farthest = np.zeros(place.piece.graph.n, dtype=np.int64)
-    farthest[source[order]] = order  # for each cone, the node of worst scale in its Voronoi cell
+    farthest[source[order]] = order  # for each cone: node of its Voronoi cell with u farthest from 0
     tried, room = farthest[scale.nodes], min(most, len(scale.nodes) // CONES_PER_NEW_CONE)
     tried, strain = tried[far[tried] > 0], strain[far[tried] > 0]
     by_strain, by_scale = np.argsort(-strain, kind="stable"), np.argsort(-far[tried], kind="stable")
@@ -262,7 +263,7 @@ def _find_next_cones(place: ConeComponent, scale: ConeScale, most: int) -> IntAr
 
 
 def _select_distant(piece: ClosedSurface, nodes: IntArray, distance: FloatArray) -> IntArray:
-    """Select nodes greedily, each at least `distance` away from all nodes selected before it."""
+    """Select nodes greedily; node i is at least `distance[i]` away from all nodes selected before."""
     kept = np.zeros(0, dtype=np.int64)
     for i in nodes.tolist():
         gap = np.linalg.norm(piece.graph.position[kept] - piece.graph.position[i], axis=1)
@@ -272,21 +273,21 @@ def _select_distant(piece: ClosedSurface, nodes: IntArray, distance: FloatArray)
 
 
 def _strain_price(place: ConeComponent, scale: ConeScale) -> float:
-    """Return the price of strained cones: the tolerable stretch, or infinity if angles are not feasible."""
+    """Return the penalty for strained cones, which is infinite if triangles cannot have the cone angles."""
     if not _is_feasible(place, scale):
         return np.inf
     return TOLERABLE_STRETCH if (_measure_strain(place, scale) > 0).any() else 0.0
 
 
 def _is_feasible(place: ConeComponent, scale: ConeScale) -> bool:
-    """Return True if triangles can have the cone angles of equal scale, and multiples of 90 degrees."""
+    """Return True if triangles can have the cone angles for equal scale, and also multiples of 90 degrees."""
     total, around = place.closed_curvature, place.valence[scale.nodes]
     room = total is None or find_least_quarters(around).sum() <= round(total / QUARTER_TURN)
     return bool(room and _find_feasible(2 * np.pi - scale.curvature, around).all())
 
 
 def _find_feasible(angle: FloatArray, around: IntArray) -> BoolArray:
-    """Return a mask of the feasible angle sums; `around` has the number of triangles at each cone."""
+    """Return a mask of the angle sums that are possible with `around` triangles at each cone."""
     return np.asarray((angle > 0) & (angle < np.pi * around))
 
 
@@ -302,7 +303,7 @@ def _quantise_curvatures(place: ConeComponent, scale: ConeScale) -> QuantisedCur
 
 
 def _measure_strain(place: ConeComponent, scale: ConeScale) -> FloatArray:
-    """Return how far the angle of each cone exceeds the range that suits its faces, radians."""
+    """Return how far each cone's angle sum is outside the range of unstrained cones, radians."""
     angle = 2 * np.pi - scale.curvature
     return np.maximum(MIN_CONE_ANGLE - angle, angle - MAX_ANGLE_AT_CONE * place.valence[scale.nodes])
 
@@ -312,8 +313,8 @@ def choose_cone_angles(
 ) -> tuple[FloatArray, ConeScale | None, QuantisedCurvatures | None]:
     """Return the angle sums of the cones of a component.
 
-    The angle sums are given in `wanted`, or follow from an equal scale at all cones (None), or are multiples
-    of 90 degrees ("quarter"). Also return the scale that determines the angles, and the quantised curvatures.
+    `wanted` has the angle sums, or is None for equal scale at all cones, or "quarter" for multiples of 90
+    degrees. Also return the scale that determines the angles, and the quantised curvatures.
 
     Raises
     ------

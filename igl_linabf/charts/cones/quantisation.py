@@ -1,6 +1,6 @@
 """Choose cone curvatures that are multiples of a quarter turn, with little stretch.
 
-Closed paths around holes and along handles also have to turn by whole quarter turns.
+The turning along closed paths around holes and along handles also has to be a whole number of quarter turns.
 """
 
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ from .scale import ConeScale
 
 STRETCH_SAMPLES = 4_000  # number of sample nodes for estimates of the stretch
 MAX_EXCHANGES = 500  # maximum number of exchanges of a quarter turn between two cones
-EXCHANGE_GAIN = 0.999  # an exchange must lower the squared stretch by this factor
-PAIRED_EXCHANGES = 160  # number of exchanges of least stretch that are combined in pairs
+EXCHANGE_GAIN = 0.999  # an exchange is made only if it multiplies the squared stretch by less than this
+PAIRED_EXCHANGES = 160  # number of the best single exchanges that are combined in pairs
 MAX_EVALUATED_PAIRS = 150  # number of pairs evaluated in full, after a quadratic estimate ranks all pairs
-DISTORTION_PER_LOG_STRETCH = 30.0  # increase of the log stretch that is as bad as a distortion F/3nt of 1
+DISTORTION_PER_LOG_STRETCH = 30.0  # weight of the angle distortion F/3nt, relative to the log stretch
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,9 +27,9 @@ class QuantisedCurvatures:
     """Curvatures of cones that are multiples of a quarter turn, found by exchanges.
 
     An exchange adds a quarter turn to the curvature of one cone and subtracts it from another. Therefore the
-    sum of all curvatures stays as Gauss-Bonnet requires. The boundary, if there is one, takes part in
-    exchanges, and its curvature is unbounded. Curvatures are stored in *slots*: the first slot belongs to the
-    boundary or, on a closed surface, to the first cone. Each other cone has a slot.
+    sum of all curvatures does not change, as Gauss-Bonnet requires. If there is a boundary, it takes part in
+    exchanges, and its curvature is unbounded. Curvatures are stored in *slots*: one slot for the boundary, if
+    there is one, followed by one slot for each cone.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class QuantisedCurvatures:
 
     @cached_property
     def _samples(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Area weights, log scale without cones, and its change per quarter turn, at sample nodes."""
+        """Area weights, log scale without cones, and log scale per quarter turn of each slot, at samples."""
         scale = self.scale
         sample = np.arange(0, scale.piece.graph.n, -(-scale.piece.graph.n // STRETCH_SAMPLES))
         weight = scale.piece.area[sample] / scale.piece.area[sample].sum()
@@ -66,7 +66,7 @@ class QuantisedCurvatures:
 
     @cached_property
     def quarters_for_stretch(self) -> IntArray:
-        """Cone curvatures in quarter turns: rounded, then moved between cones to reduce the stretch."""
+        """Cone curvatures in quarter turns: rounded, then exchanged between cones to reduce the stretch."""
         exact, least = self.scale.curvature / QUARTER_TURN, self.least
         k = np.clip(np.round(exact).astype(np.int64), least, MAX_QUARTERS)
         if not self._has_boundary:
@@ -74,14 +74,14 @@ class QuantisedCurvatures:
             while beyond := int(k.sum()) - round(float(exact.sum())):
                 sign = -1 if beyond > 0 else 1
                 able = (k > least) if beyond > 0 else (k < MAX_QUARTERS)
-                able |= not able.any()  # if all cones are at their bound, any cone may exceed it
+                able |= not able.any()  # if all cones are at their bounds, exceed a bound
                 k[np.argmax(np.where(able, sign * (exact - k), -np.inf))] += sign
         k, (lower, upper) = self._to_slots(k), self._bounds
         weight, bare, green = self._samples
         grown, shrunk = np.exp(2 * green), np.exp(-2 * green)
         for _ in range(MAX_EXCHANGES):
             u = np.clip(bare + k @ green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
-            # a quarter turn moved from slot j to slot i changes u by green_i - green_j
+            # moving a quarter turn from slot j to slot i changes the log scale u by green_i - green_j
             squared = (grown * (weight * np.exp(2 * u))) @ shrunk.T
             squared *= (shrunk * (weight * np.exp(-2 * u))) @ grown.T
             allowed = (k < upper)[:, None] & (k > lower)
@@ -92,10 +92,10 @@ class QuantisedCurvatures:
         return self._to_nodes(k)
 
     def fit_paths(self, holonomy: HolonomyAngles) -> tuple[IntArray, FloatArray]:
-        """Choose curvatures for which closed paths turn by nearly whole quarter turns.
+        """Choose curvatures with which closed paths turn by nearly whole quarter turns.
 
-        Starting from `quarters_for_stretch`, at most two exchanges are made, which minimise the log stretch
-        plus the cost of rounding the turns of paths. `holonomy` is measured with the curvatures
+        At most two exchanges are made, starting from `quarters_for_stretch`. They minimise the log stretch
+        plus the cost of rounding the turning of the paths. `holonomy` is measured with the curvatures
         `quarters_for_stretch`, and has a row for each cone.
 
         Returns
@@ -103,7 +103,7 @@ class QuantisedCurvatures:
         k : (#C,) int64
             Curvature of each cone, in quarter turns.
         quarters : (#paths,) float64
-            The turn to prescribe for each path, a whole number of quarter turns.
+            The turning to prescribe for each path, in quarter turns; whole numbers.
         """
         base, (lower, upper) = self._to_slots(self.quarters_for_stretch), self._bounds
         unit = np.eye(len(base), dtype=np.int64)
@@ -117,29 +117,29 @@ class QuantisedCurvatures:
         able = ((both >= np.minimum(least, 0)) & (both <= np.maximum(most, 0))).all(axis=1)
         i, j, both = i[able], j[able], both[able]
 
-        # increasing a curvature by a quarter turn decreases the angle sum by a quarter turn
+        # a quarter turn more curvature is a quarter turn less angle sum: hence the minus signs
         by_change = self._to_nodes(changed) @ holonomy.by_vertex
         path_turns = holonomy.angle / QUARTER_TURN - by_change[i] - by_change[j]
         missing = DISTORTION_PER_LOG_STRETCH * _distortion(
             path_turns, quantise_holonomy(path_turns, holonomy.cost), holonomy.cost
         )
         one = self._log_squared_stretch(base + changed)
-        mixed = 4 * changed @ self._variance[1] @ changed.T  # the mixed term of the quadratic form
+        mixed = 4 * changed @ self._variance[1] @ changed.T  # interaction of two exchanges
         squared = one[i] + one[j] - one[0] + 2 * mixed[i, j]
         best = np.argsort(missing + squared / 2, kind="stable")[:MAX_EVALUATED_PAIRS]
         chosen = best[np.argmin(missing[best] + self._log_stretch(base + both[best]))]
         return self._to_nodes(base + both[chosen]), quantise_holonomy(path_turns[[chosen]], holonomy.cost)[0]
 
     def _to_slots(self, k: IntArray) -> IntArray:
-        """Add a slot for the boundary, if there is one."""
+        """Convert cone curvatures to slots: add a slot for the boundary, if there is one."""
         return np.append(0, k) if self._has_boundary else k
 
     def _to_nodes(self, k: IntArray) -> IntArray:
-        """Remove the slot of the boundary, if there is one."""
+        """Convert slots to cone curvatures: remove the slot of the boundary, if there is one."""
         return k[..., 1:] if self._has_boundary else k
 
     def _log_squared_stretch(self, k: IntArray) -> FloatArray:
-        """Return the logarithm of the squared stretch to second order: four times the variance of u."""
+        """Return the log of the squared stretch to second order: four times the variance of the log scale."""
         alone, square, mixed = self._variance
         return np.asarray(4 * (alone + (k @ square * k).sum(axis=1) + 2 * k @ mixed))
 
@@ -152,7 +152,7 @@ class QuantisedCurvatures:
 
     def _log_stretch(self, k: IntArray) -> FloatArray:
         """Return the logarithm of the expected stretch, (n,), for curvatures (n, #slots)."""
-        # single precision makes the many exponentials faster
+        # single precision, because it computes exponentials faster
         weight, bare, green = (part.astype(np.float32) for part in self._samples)
         most = np.log(np.finfo(np.float32).max) / 2  # larger exponents would overflow when squared
         scaled = np.exp(2 * np.clip(bare + k.astype(np.float32) @ green, -most, most))
@@ -160,10 +160,10 @@ class QuantisedCurvatures:
 
 
 def quantise_holonomy(path_turns: FloatArray, cost: FloatArray) -> FloatArray:
-    """Round the turns of paths, (n, #paths), to whole quarter turns with little `_distortion`.
+    """Round the turning of paths, (n, #paths), to whole quarter turns with little `_distortion`.
 
-    The paths are rounded one after another, each with a correction for the rounding errors of the paths
-    before it (Babai 1986).
+    The paths are rounded one after another. Each is corrected beforehand for the rounding errors of the
+    previous paths (Babai 1986).
     """
     upper = np.linalg.cholesky(cost).T
     quarters = np.zeros_like(path_turns)
@@ -174,6 +174,6 @@ def quantise_holonomy(path_turns: FloatArray, cost: FloatArray) -> FloatArray:
 
 
 def _distortion(path_turns: FloatArray, quarters: FloatArray, cost: FloatArray) -> FloatArray:
-    """Return the distortion F/3nt, (n,), of rounding the turns `path_turns` of paths to `quarters`."""
+    """Return the distortion F/3nt, (n,), if paths turn by `quarters` instead of `path_turns`."""
     missing = (quarters - path_turns) * QUARTER_TURN
     return np.asarray(((missing @ cost) * missing).sum(axis=1))

@@ -1,4 +1,4 @@
-"""The conformal scale of a surface with cones, from which cones are placed and their angles follow."""
+"""Compute the conformal scale of a surface with cones, which determines their positions and angles."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ class ConeScale:
     factor : Factor
         The factorisation of L with zero at the ground.
     first : int
-        The node that is the ground; -1 if the boundary is the ground.
+        The first cone if it is the ground; -1 if the boundary is the ground.
     bare : (n,) float64
-        u_0, the logarithm of the scale without cones except the ground.
+        u_0, the logarithm of the scale without cones, or with the first cone if it is the ground.
     others : (#C,) int64
         The nodes of all cones except the ground.
     green : (#C, n) float64
@@ -51,10 +51,10 @@ class ConeScale:
 
     @classmethod
     def of(cls, piece: ClosedSurface, first: int | None = None) -> ConeScale:
-        """Return the conformal scale without cones; it is zero at the grounded node.
+        """Return the conformal scale without cones except, on a closed surface, the cone `first`.
 
-        On a closed surface, the ground is `first` or, by default, the node where the logarithm of the scale
-        that distributes the curvature evenly is farthest from its mean.
+        By default `first` is the node whose log scale is farthest from the mean if the curvature is
+        distributed evenly.
         """
         if piece.graph.n_holes:
             first = -1
@@ -73,13 +73,13 @@ class ConeScale:
 
     @classmethod
     def of_nodes(cls, piece: ClosedSurface, nodes: IntArray) -> ConeScale:
-        """Return the scale with cones at `nodes`, which must not be empty."""
+        """Return the conformal scale with cones at `nodes`, at least one."""
         first = int(nodes[0])
         ground = cls.of(piece, first)
         return ground.with_cones(nodes[len(ground.nodes) :])
 
     def with_cones(self, nodes: IntArray) -> ConeScale:
-        """Return the scale with additional cones at `nodes`."""
+        """Return the conformal scale with additional cones at `nodes`."""
         unit = np.zeros((self.piece.graph.n, len(nodes)))
         unit[nodes, np.arange(len(nodes))] = 1.0
         green = np.concatenate((self.green, self.factor.solve(unit).T))
@@ -107,7 +107,7 @@ class ConeScale:
 
     @cached_property
     def curvature(self) -> FloatArray:
-        """Curvatures of `nodes`, radians, that make the scale 1 at all cones."""
+        """Curvatures of the cones `nodes`, radians, that make the conformal scale 1 at all cones."""
         k = np.linalg.solve(self.green[:, self.others], -self.bare[self.others])
         return np.asarray(k if self.first < 0 else np.append(self.piece.curvature.sum() - k.sum(), k))
 
@@ -117,7 +117,7 @@ class ConeScale:
         return self.log_scale_of(self.curvature)
 
     def log_scale_of(self, curvature: FloatArray) -> FloatArray:
-        """Return the log scale, (n,), for given curvatures of `nodes`, radians; it is zero at the ground."""
+        """Return the log scale, (n,), for given curvatures of the cones, radians; 0 at the ground."""
         k = curvature if self.first < 0 else curvature[1:]
         return np.clip(self.bare + k @ self.green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
 
@@ -135,12 +135,12 @@ class ConeScale:
 
 
 def _ground_nodes(piece: ClosedSurface, first: int) -> IntArray:
-    """Return the nodes with a fixed log scale of 0: the holes or, on a closed surface, the first cone."""
+    """Return the nodes where the log scale is 0: the holes or, on a closed surface, the first cone."""
     return np.arange(piece.graph.n_holes) if first < 0 else np.array([first])
 
 
 def _find_farthest(piece: ClosedSurface) -> int:
-    """Return the node where the log scale that distributes all curvature evenly is farthest from its mean."""
+    """Distribute the curvature evenly; return the node where the log scale is farthest from its mean."""
     weight = piece.area / piece.area.sum()
     u = piece.laplacian.dirichlet.solve(np.array([0]), weight * piece.curvature.sum() - piece.curvature)
     return int(np.argmax(np.abs(u - weight @ u)))

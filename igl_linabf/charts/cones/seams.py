@@ -1,4 +1,4 @@
-"""Seams through cones, and closed paths whose holonomy is constrained."""
+"""Find seams through cones, and closed paths whose holonomy is constrained."""
 
 from collections.abc import Iterator
 
@@ -10,7 +10,7 @@ from ...angles import ClosedPath
 from ...surface import NEXT, Submesh, Topology
 from ..cut_graphs import ClosedSurface, Levels, SurfaceGraph, join_terminals, move_branch_points, open_handles
 
-HANDLE_CLUSTERS = 1_000  # maximum number of nodes for cutting handles; larger surfaces are contracted
+HANDLE_CLUSTERS = 1_000  # contract larger surfaces to this many nodes before handles are cut
 
 
 def find_seam(piece: ClosedSurface, cones: IntArray, handles: IntArray | None = None) -> IntArray:
@@ -34,9 +34,9 @@ def cut_handles(piece: ClosedSurface) -> IntArray:
 def find_closed_paths(component: Submesh, graph: SurfaceGraph, seam: IntArray) -> tuple[ClosedPath, ...]:
     """Return closed paths around all holes but one, followed by paths along and across the handles.
 
-    If the scale returns to its value along these paths and around each interior vertex, it returns to its
-    value along every closed path. Each path crosses the seam at one edge: an edge that closes a cycle of the
-    seam, or the first edge from a hole on the way to another hole along a spanning tree of the seam.
+    If the scale of a map returns to its initial value along these paths and around each interior vertex, it
+    does so along every closed path. Each path crosses the seam at one edge: an edge that closes a cycle of
+    the seam, or the first edge from a hole on the way to another hole along a spanning tree of the seam.
     """
     if not len(seam):
         return ()
@@ -57,9 +57,9 @@ def find_closed_paths(component: Submesh, graph: SurfaceGraph, seam: IntArray) -
 
 
 def _find_strips(topology: Topology, seam: IntArray, crossed: IntArray) -> Iterator[ClosedPath]:
-    """Yield, for each seam edge in `crossed`, the right side of a shortest closed strip of triangles.
+    """For each seam edge in `crossed`, yield the right side of a shortest closed strip of triangles.
 
-    The strip crosses that seam edge and no other edge of the seam.
+    The strip crosses the given seam edge and no other edge of the seam.
     """
     m = topology.corner.shape[1]
     closed = np.zeros(len(topology.edges), dtype=bool)

@@ -1,7 +1,7 @@
-"""Cut graphs: sets of edges along which a component is cut open to a disk, and their shortening.
+"""Find and shorten cut graphs, the sets of edges along which a component is cut open to a disk.
 
-Input: a component. Output: `ClosedSurface`, whose graph has a node for each hole; trees through nodes; the
-expected stretch of the map after a cut.
+Takes a component as a `ClosedSurface`, whose graph has one node for each hole. Returns trees that join nodes,
+and the expected stretch of the map after a cut.
 """
 
 from .branches import move_branch_points, prune_branches

@@ -1,4 +1,4 @@
-"""Arcs and branches of a seam: prune branches that cost more than they save, and move arcs in groups."""
+"""Prune the branches of a seam that cost more than they save, and move its branch points and arcs."""
 
 from collections.abc import Callable
 from itertools import combinations, pairwise
@@ -12,22 +12,22 @@ from ...surface import connected_labels
 from .constants import MAX_MOVED_ARCS, STRICTLY_SHORTER
 from .graph import SeamTopology, SurfaceGraph
 
-MAX_MOVED_GROUPS = 12  # number of attempts to move a group of arcs or branch points at once
+MAX_MOVED_GROUPS = 12  # maximum number of attempts to move a group of arcs or branch points together
 
 Item = TypeVar("Item")  # a branch point or an arc
 Cost = Callable[[IntArray], float]  # maps the edges of a seam to its cost
 Steps = dict[int, list[tuple[int, int]]]  # for each node, its seam edges and the node at the end of each edge
 Arc = tuple[list[int], list[int]]  # consecutive edges of a seam, and the nodes along them
 ArcArrays = tuple[IntArray, IntArray]  # an `Arc` stored as two arrays
-EndedArc = tuple[IntArray, int]  # consecutive edges of a seam, and the node at the end
+EndedArc = tuple[IntArray, int]  # consecutive edges of a seam, and the node where they end
 
-MOVES_OF_BRANCH_POINT = 3  # maximum mean number of moves of a branch point
-MAX_ARCS_OF_ALL_PAIRS = 6  # maximum number of arcs at a branch point for trying all pairs of arcs
-NEAREST_ARCS = 2  # number of nearest arcs with which each arc is paired at branch points with many arcs
+MOVES_OF_BRANCH_POINT = 3  # maximum number of attempted moves per branch point, on average
+MAX_ARCS_OF_ALL_PAIRS = 6  # up to this many arcs at a branch point, all pairs of arcs are tried
+NEAREST_ARCS = 2  # with more arcs, each arc is paired with this many of the nearest arcs
 
 
 def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
-    """Move the branch points, one after another, to where their arcs are shortest, if `cost` falls.
+    """Move each branch point of a seam to where its arcs are shortest, if this lowers `cost`.
 
     A branch point is tried again when one of its arcs has moved. If there are more than `MAX_MOVED_ARCS`
     branch points, only the branch points with the longest arcs are moved.
@@ -54,7 +54,7 @@ def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntAr
 def prune_branches(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
     """Remove branches, longest first, if their removal lowers `cost`.
 
-    A branch becomes superfluous if another branch that was grown later serves the same purpose.
+    A branch is no longer needed if a branch that was grown later reaches the same part of the surface.
     """
     kept, steps = graph.build_topology(seam), list_steps(graph, seam)
     tips = [node for node in sorted(steps) if len(steps[node]) == 1 and node >= graph.n_holes]
@@ -81,7 +81,7 @@ def sum_arc_lengths_at_nodes(
 
 
 def select_longest(items: list[Item], length: Callable[[int], float]) -> list[Item]:
-    """Return the `MAX_MOVED_ARCS` longest items in order; `length(k)` is the length of the k-th item."""
+    """Return the `MAX_MOVED_ARCS` longest items, longest first; `length(k)` is the length of item k."""
     if len(items) <= MAX_MOVED_ARCS:
         return items
     lengths = np.array([length(k) for k in range(len(items))])
@@ -92,7 +92,7 @@ def select_longest(items: list[Item], length: Callable[[int], float]) -> list[It
 def move_in_groups(
     items: list[Item], seam: IntArray, move: Callable[[list[Item], IntArray], IntArray | None]
 ) -> IntArray:
-    """Move all items of a seam at once; if the move is rejected, move each half of the items, and so on.
+    """Move all arcs or branch points at once. If `move` rejects this, move each half, and so on.
 
     `move` returns the new seam, or None if it rejects the move.
     """
@@ -112,9 +112,10 @@ def move_in_groups(
 def _move_branch_point(
     graph: SurfaceGraph, seam: IntArray, arcs: list[EndedArc], branch: int, kept: SeamTopology, cost: Cost
 ) -> tuple[IntArray, set[int]]:
-    """Move a branch point to where its arcs are shortest in total; also return the ends of the arcs.
+    """Move a branch point to where its arcs are shortest in total; also return the ends of moved arcs.
 
-    If the branch point is a hole or has more than three arcs, two arcs may instead share a new branch.
+    A branch point that is a hole or has more than three arcs does not move. Instead, two of its arcs may be
+    joined by a new branch.
     """
     free = len(arcs) == 3 and branch >= graph.n_holes
     for chosen in [tuple(arcs)] if free else _choose_nearby_pairs(graph, arcs):
@@ -137,7 +138,7 @@ def _move_branch_point(
 
 
 def _choose_nearby_pairs(graph: SurfaceGraph, arcs: list[EndedArc]) -> list[tuple[EndedArc, EndedArc]]:
-    """Return pairs of arcs that may share a part of their paths: all pairs or, if many, the nearest."""
+    """Return the pairs of arcs that may share a new branch: all pairs or, if there are many, near pairs."""
     pairs = list(combinations(range(len(arcs)), 2))
     if len(arcs) > MAX_ARCS_OF_ALL_PAIRS:
         at = graph.position[[graph.ends[arc[len(arc) // 4], 1] for arc, _ in arcs]]
@@ -151,7 +152,7 @@ def _choose_nearby_pairs(graph: SurfaceGraph, arcs: list[EndedArc]) -> list[tupl
 def find_arcs(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) -> list[ArcArrays]:
     """Return the arcs of a seam, which end at leaves, branch points, holes and `fixed` nodes.
 
-    A loop that contains no end of an arc is a single arc.
+    A closed loop without such nodes is a single arc.
     """
     ends = graph.ends[seam]
     joint = np.bincount(ends.ravel(), minlength=graph.n) != 2
@@ -163,7 +164,7 @@ def find_arcs(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None
 
 
 def list_steps(graph: SurfaceGraph, seam: IntArray) -> Steps:
-    """Return, for each node of a seam, the seam edges at the node and the node at the other end of each."""
+    """Return for each node of a seam its seam edges and their other ends, see `Steps`."""
     steps: Steps = {}
     for edge, (i, j) in zip(seam.tolist(), graph.ends[seam].tolist(), strict=True):
         steps.setdefault(i, []).append((edge, j))
@@ -172,7 +173,7 @@ def list_steps(graph: SurfaceGraph, seam: IntArray) -> Steps:
 
 
 def replace_steps(graph: SurfaceGraph, steps: Steps, old: IntArray, new: IntArray) -> None:
-    """Replace the steps along the edges `old` with the steps along the edges `new`."""
+    """Update `steps`, in place, after the seam edges `old` were replaced with the edges `new`."""
     for edge, (i, j) in zip(old.tolist(), graph.ends[old].tolist(), strict=True):
         for a, b in ((i, j), (j, i)):
             steps[a].remove((edge, b))

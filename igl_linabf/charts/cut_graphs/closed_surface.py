@@ -1,4 +1,4 @@
-"""A component as a closed surface: each hole is contracted to one node."""
+"""Represent a component as a closed surface: each hole is contracted to one node."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ class ClosedSurface:
     Attributes
     ----------
     graph : SurfaceGraph
-        The graph of the interior edges. The length of an edge is reduced where a seam is less visible: at
-        creases and where it is hidden. A polygon is one face, and its diagonals are not edges of the graph.
+        The graph of the interior edges. Edges are shorter where a seam is less visible: along creases, and on
+        hidden sides. A polygon is one face, and its diagonals are not edges of the graph.
     node : (#V,) int64
         The node of each vertex. Interior vertices keep their order.
     edges : (#E, 2) int64
         The vertices at each edge.
     hiding : (#E,) float64
-        Visibility factor on the length of each edge: above 1 if a seam would be visible there, below 1 if it
-        would be hidden.
+        Factor on the length of each edge: above 1 if a seam there would be visible, below 1 if it would be
+        hidden.
     curvature, area : (n,) float64
         Angle defects, radians, and vertex areas.
     laplacian : SurfaceLaplacian
@@ -97,7 +97,7 @@ class ClosedSurface:
 
     @cached_property
     def node_hiding(self) -> FloatArray:
-        """Mean visibility factor of the edges at each node, (n,); 1 at nodes without edges."""
+        """Mean of `hiding` over the edges at each node, (n,); 1 at nodes without edges."""
         n, ends = self.graph.n, self.graph.ends.ravel()
         total = np.bincount(ends, np.repeat(self.hiding, 2), n)
         number = np.bincount(ends, minlength=n)

@@ -22,12 +22,12 @@ from .graph import SurfaceGraph, prune_stubs
 from .laplacians import SurfaceLaplacian
 from .shortening import pull_tight
 
-# Maximum number of nodes in a search for seams; the nodes of larger surfaces are contracted to clusters.
+# Maximum number of nodes in a search for seams. Larger surfaces are contracted to clusters first.
 MAX_CLUSTERS = 6_000
-MIN_NODES_OF_WIDE_CLUSTERS = 12_000  # minimum number of nodes for roots that are one edge farther apart
-CLUSTER_HOPS = 2  # the roots of two clusters are more than this number of edges apart
-MIN_PEAK_CURVATURE = 0.1  # nodes with less curvature, radians, become roots in random order
-CORRIDOR_WIDTH = 3.0  # half width of the corridor of a seam, in mean distances between nodes and their roots
+MIN_NODES_OF_WIDE_CLUSTERS = 12_000  # with more nodes, the roots of clusters are one edge farther apart
+CLUSTER_HOPS = 2  # the roots of two clusters are more than this many edges apart
+MIN_PEAK_CURVATURE = 0.1  # curvature, radians, below which nodes become roots in random order
+CORRIDOR_WIDTH = 3.0  # a lifted seam may move by this many mean distances between nodes and roots
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class Forest:
 
 
 class _ContractedGraph(NamedTuple):
-    """The nodes and edges after a contraction. `Contraction` has the same fields."""
+    """The graph after a contraction; the fields have the same meaning as in `Contraction`."""
 
     label: IntArray
     roots: IntArray
@@ -105,7 +105,7 @@ class Contraction:
         return prune_stubs(graph, graph.union(chosen, paths), self.roots[tips])
 
     def lift(self, seam: IntArray, kept: IntArray) -> IntArray:
-        """Map a coarse seam to the fine surface, and pull it tight; the roots of `kept` are fixed."""
+        """Map a coarse seam to the fine surface, and pull it tight, except at the coarse nodes `kept`."""
         if not len(seam):
             return seam
         graph, lifted = self.fine.graph, self.lift_along_trees(seam)
@@ -117,12 +117,12 @@ class Contraction:
 
 @dataclass(frozen=True, eq=False)
 class Levels:
-    """A closed surface that is contracted in several steps.
+    """A closed surface and its contractions, each of which contracts the previous result further.
 
     Attributes
     ----------
     steps : list of Contraction
-        The fine surface of the first step is the surface itself.
+        The first step contracts the surface itself.
     coarse : ClosedSurface
         The result of the last step; the surface itself if there are no steps.
     """
@@ -134,7 +134,7 @@ class Levels:
     def of(cls, closed: ClosedSurface, most: int | None = None) -> Levels:
         """Contract a surface until it has at most `most` nodes, by default `MAX_CLUSTERS`.
 
-        Holes are never merged. If there are many, more nodes than `most` are left.
+        Holes are never merged. Therefore more than `most` nodes remain if there are many holes.
         """
         steps, coarse = list[Contraction](), closed
         while coarse.graph.n > (most or MAX_CLUSTERS):
@@ -226,24 +226,24 @@ def _select_crossed_edges(
     no_disk[cluster[left]] = True
     again = within[no_disk[cluster[within]]]
     longest_first = again[np.argsort(-way[again], kind="stable")]
-    others = crossed[~no_disk[cluster[crossed]]]  # faces of different clusters are distinct
+    others = crossed[~no_disk[cluster[crossed]]]  # no cluster shares such a face
     return np.append(others, spanning_forest(graph.faces, longest_first, graph.n_faces))
 
 
 def _remove_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[IntArray, IntArray]:
-    """Merge each strip of two-sided faces into its shortest edge; return the edges and their faces."""
+    """Merge each strip of two-sided faces into the strip's shortest edge; return edges and their faces."""
     n = int(sides.max()) + 1
     number = np.bincount(sides.ravel(), minlength=n)
     alone = sides[:, 0] == sides[:, 1]  # an edge with the same face on both sides is not in a strip
     number[sides[alone, 0]] = 0
     digon = number == 2
     at, of = np.repeat(np.arange(len(edge)), 2), sides.ravel()
-    both = np.empty((n, 2), dtype=np.int64)  # first and last edge of each face: the last assignment wins
+    both = np.empty((n, 2), dtype=np.int64)  # first and last edge of each face, as later writes win
     both[of[::-1], 0], both[of, 1] = at[::-1], at
     strip = connected_labels(both[digon], len(edge))
-    outer = ~digon[sides]  # the ends of strips: two in an open strip, none in a closed one
+    outer = ~digon[sides]  # sides at the ends of strips: two for an open strip, none for a closed one
     closed = np.bincount(strip, outer.sum(axis=1)) == 0
-    if closed.any():  # two clusters cover a sphere: keep all edges between the clusters
+    if closed.any():  # only two clusters on a sphere: keep all edges between them
         return edge, sides
     size = int(strip.max()) + 1
     length, least = way[edge], np.full(size, np.inf)
@@ -272,9 +272,9 @@ def _build_cluster_laplacian(
     step, whole = position[b] - position[a], position[roots[j]] - position[roots[i]]
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.einsum("ij,ij->i", step, whole) / np.einsum("ij,ij->i", whole, whole)
-        hole = i < graph.n_holes  # a hole has no position
+        hole = i < graph.n_holes  # holes have no position: use path lengths
         if hole.any():
-            # look up row b in the matrix: it is short, but the row of a hole is long
+            # index the rows of the vertices b, because the rows of holes are long
             edge = np.asarray(graph.adjacency[0][b[hole], a[hole]]).ravel()
             share[hole] = edge / (edge + distance[b[hole]])
     weight = closed.laplacian.weight[across] * np.clip(np.nan_to_num(share), MIN_BOND_WEIGHT, 1)

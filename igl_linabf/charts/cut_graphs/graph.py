@@ -1,4 +1,4 @@
-"""The graph of a closed surface: shortest paths, trees between nodes, and the topology of seams."""
+"""Search the graph of a closed surface for shortest paths and trees, and compute the topology of seams."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..._core import (
 )
 from ..._types import BoolArray, FloatArray, IntArray
 
-Terminals = tuple[IntArray, IntArray, IntArray]  # three sets of nodes
+Terminals = tuple[IntArray, IntArray, IntArray]  # three sets of nodes, one of which each path starts at
 SeamTopology = tuple[int, int, int]  # numbers of components, cycles and pieces, see `build_topology`
 
 
@@ -50,20 +50,20 @@ class SurfaceGraph:
 
     @cached_property
     def adjacency(self) -> tuple[sparse.csr_array, IntArray]:
-        """The length of the shortest edge between each pair of nodes, (n, n), and the edge of each entry."""
+        """Sparse matrix of the shortest edge's length between nodes, (n, n), and the edge of each entry."""
         indptr, indices, edge = shortest_edges(self.ends, self.length, self.n)
         return sparse.csr_array((self.length[edge], indices, indptr), shape=(self.n, self.n)), edge
 
     @cached_property
     def neighbours(self) -> tuple[IntArray, IntArray]:
-        """The keys i * n + j of all pairs of adjacent nodes i < j, ascending, and their shortest edges."""
+        """The keys i * n + j of the pairs of adjacent nodes i < j, ascending, and their shortest edges."""
         matrix, edge = self.adjacency
         row, column = np.repeat(np.arange(self.n), np.diff(matrix.indptr)), matrix.indices
         upper = row < column
         return row[upper] * self.n + column[upper], edge[upper]
 
     def edges_between(self, i: IntArray, j: IntArray) -> IntArray:
-        """Return the shortest edges between adjacent nodes."""
+        """Return the shortest edge between each pair of adjacent nodes."""
         code, edge = self.neighbours
         return edge[np.searchsorted(code, np.minimum(i, j) * self.n + np.maximum(i, j))]
 
@@ -82,14 +82,14 @@ class SurfaceGraph:
         return nearest_sources(matrix.indptr, matrix.indices, matrix.data, sources, is_open, limit)
 
     def path_edges(self, before: IntArray, ends: IntArray | list[int]) -> IntArray:
-        """Return the edges on the shortest paths from the nodes `ends` to their sources, each once."""
+        """Return the edges, each once, on the shortest paths from the nodes `ends` to their sources."""
         nodes = path_nodes(before, np.asarray(ends, dtype=np.int64))
         return self.edges_between(nodes, before[nodes])
 
     def steiner_tree(
         self, terminals: Terminals, avoid: IntArray | None, limit: float
     ) -> tuple[int, IntArray]:
-        """Return the node with the least total distance to three sets of nodes, and the edges of the paths.
+        """Return the node with the least total distance to three sets of nodes, and the edges of its paths.
 
         The node is -1 if the total exceeds `limit`. No path passes the nodes `avoid`.
         """
@@ -135,16 +135,17 @@ class SurfaceGraph:
         Returns
         -------
         n_components, n_cycles : int
-            Of the graph of the seam's edges and the holes.
+            Numbers of components and cycles of the graph that consists of the seam's edges and the holes.
         sizes : (#pieces,) int64
             The number of faces of each piece of the surface cut along the seam, ascending.
         """
         return cut_topology(self.ends, self.faces, seam, self.n_holes, self.n, self.n_faces)
 
     def build_topology(self, seam: IntArray) -> SeamTopology:
-        """Return the numbers of components and cycles of the seam with the holes, and of pieces.
+        """Return the numbers of components and cycles of the seam, and of pieces that it cuts.
 
-        If the pieces of one seam are disks, the pieces of all seams of the same topology are disks.
+        Holes count as parts of the seam. If the pieces of one seam are disks, the pieces of all seams of the
+        same topology are disks.
         """
         number, cycles, sizes = self.pieces_of(seam)
         return number, cycles, len(sizes)
@@ -162,7 +163,7 @@ def join_terminals(
 ) -> IntArray:
     """Join the holes, the nodes `others` and the seam by a tree of shortest paths.
 
-    The tree is a minimum spanning tree of the distances between them. The holes `uncut` are not joined.
+    It is a minimum spanning tree of their mutual distances. The holes `uncut` are not joined.
     """
     passed = np.zeros(graph.n, dtype=bool)
     passed[graph.ends[seam]] = True
@@ -177,7 +178,7 @@ def join_terminals(
     distance, before, source = graph.shortest_paths(terminals)
     group = np.arange(graph.n)
     group[on_seam] = on_seam.min(initial=graph.n)
-    ends = group[np.maximum(source, 0)[graph.ends]]  # a component without terminals has no source
+    ends = group[np.maximum(source, 0)[graph.ends]]  # source is -1 in components without terminals
     way = distance[graph.ends].sum(axis=1) + graph.length
     between = np.flatnonzero(ends[:, 0] != ends[:, 1])
     bridge = spanning_forest(ends, between[np.argsort(way[between], kind="stable")], graph.n)

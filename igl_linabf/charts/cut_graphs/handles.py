@@ -1,4 +1,4 @@
-"""Loops that cut the handles of a closed surface."""
+"""Find loops that cut the handles of a closed surface."""
 
 import numpy as np
 
@@ -10,13 +10,13 @@ from .graph import SurfaceGraph, prune_stubs
 
 FIRST_BASE_POINTS = 4  # number of base points in the first round, far from each other
 MAX_BASE_POINTS = 6  # number of base points in each further round, chosen in the middle of the best loops
-BASE_POINT_ROUNDS = 3  # rounds of base points, including the first round
+BASE_POINT_ROUNDS = 3  # number of rounds in which base points are tried, including the first
 
-Loops = tuple[IntArray, IntArray]  # a cut graph, and the edge in the middle of each loop
+Loops = tuple[IntArray, IntArray]  # the edges of a cut graph, and the middle edge of each of its loops
 
 
 def open_handles(closed: ClosedSurface, rounds: int = BASE_POINT_ROUNDS) -> IntArray:
-    """Return the shortest cut graph that consists of loops through a base point; several points are tried."""
+    """Return a short cut graph of loops through a base point: the shortest over several base points."""
     graph, tried = closed.graph, set[int]()
     bases = [int(np.argmax(np.abs(closed.curvature)))]
     while len(bases) < FIRST_BASE_POINTS:
@@ -24,7 +24,7 @@ def open_handles(closed: ClosedSurface, rounds: int = BASE_POINT_ROUNDS) -> IntA
     best = find_shortest_loops(graph, bases)
     for _ in range(rounds - 1):
         tried.update(bases)
-        # the middle of a short loop is a good base point: the loop through it stays short
+        # use the middle of short loops as base points, because these loops stay short
         bases = sorted(set(graph.ends[best[1]].ravel().tolist()) - tried)
         bases = bases[:: -(-len(bases) // MAX_BASE_POINTS) or 1]
         best = find_shortest_loops(graph, bases, best)
@@ -32,7 +32,7 @@ def open_handles(closed: ClosedSurface, rounds: int = BASE_POINT_ROUNDS) -> IntA
 
 
 def find_shortest_loops(graph: SurfaceGraph, bases: list[int], best: Loops | None = None) -> Loops:
-    """Return the shortest among `best` and the cut graphs of loops through each base point."""
+    """Return the shortest cut graph: `best`, or one of the cut graphs of loops through each base point."""
     for base in bases:
         loops = _find_loops(graph, base)
         if best is None or graph.length_of(loops[0]) < graph.length_of(best[0]) * STRICTLY_SHORTER:
@@ -55,4 +55,4 @@ def _find_loops(graph: SurfaceGraph, base: int) -> Loops:
     in_cotree[spanning_forest(graph.faces, longest_first, graph.n_faces)] = True
     across = np.flatnonzero(~in_tree & ~in_cotree)
     seam = graph.union(across, graph.path_edges(before, graph.ends[across].ravel()))
-    return prune_stubs(graph, seam, seam[:0]), across  # removes the path to the base that all loops share
+    return prune_stubs(graph, seam, seam[:0]), across  # all loops may share a path to the base: remove it

@@ -1,4 +1,4 @@
-"""The Laplacian of a closed surface, and linear systems of it with Dirichlet conditions."""
+"""Build the Laplacian of a closed surface, and solve linear systems with Dirichlet conditions."""
 
 from collections.abc import Callable
 from copy import copy
@@ -18,14 +18,14 @@ class DirichletSolver:
     """A solver of L u = r with u = 0 at fixed nodes.
 
     The rows of fixed nodes are replaced by rows of the identity. The sparsity pattern therefore does not
-    depend on the fixed nodes, and is analysed only once, which takes as long as a factorisation.
+    depend on the fixed nodes. It is analysed once, because the analysis takes as long as a factorisation.
 
     Parameters
     ----------
     lower : (n, n) sparse array
         The lower triangle of L, with the diagonal entry of every node.
     analysis : Analysis
-        The symbolic analysis of its pattern.
+        The symbolic analysis of the sparsity pattern of L.
     """
 
     def __init__(self, lower: sparse.csc_array, analysis: Analysis) -> None:
@@ -52,7 +52,7 @@ class DirichletSolver:
     def factor(self, fixed: IntArray) -> Factor:
         """Factor the Laplacian with rows of the identity at the fixed nodes."""
         free = self.free(fixed)
-        lower = copy(self._lower)  # a copy of the array makes SciPy skip its checks
+        lower = copy(self._lower)  # copying skips the checks of a new SciPy array
         lower.data = lower.data * (free[self._row] & free[self._column])
         lower.data[self._diagonal[fixed]] = 1.0
         return self._analysis.factor(lower.data)
@@ -99,7 +99,7 @@ class SurfaceLaplacian:
 
     @property
     def thin_share(self) -> float:
-        """Share of bonds whose cotangents sum to zero or less, which indicates thin triangles."""
+        """Share of bonds whose cotangents have a sum of 0 or less, which indicates thin triangles."""
         return float(np.mean(self.cotangent <= 0)) if len(self.cotangent) else 0.0
 
     @cached_property

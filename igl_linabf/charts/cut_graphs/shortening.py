@@ -19,7 +19,7 @@ from .branches import (
 from .closed_surface import ClosedSurface
 from .constants import MAX_MOVED_ARCS, STRICTLY_SHORTER
 
-MIN_KEPT_PART = 0.7  # minimum share of faces that every part must retain when seams are pulled tight
+MIN_KEPT_PART = 0.7  # every part keeps at least this share of its faces when seams are pulled tight
 
 
 class _Corridor:
@@ -32,7 +32,7 @@ class _Corridor:
         self.graph = graph = closed.graph
         _, cycles, sizes = self._pieces = graph.pieces_of(seam)
         self.is_tree = not cycles  # moving the arcs of a tree always preserves the topology
-        self.has_parts = len(sizes) > 1  # True if the seam divides the surface
+        self.has_parts = len(sizes) > 1  # whether the seam divides the surface
         self._nodes = np.flatnonzero(near)
         self.index = np.full(graph.n, -1)
         self.index[self._nodes] = np.arange(len(self._nodes))
@@ -145,7 +145,7 @@ def pull_tight(
 def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known: IntArray) -> IntArray:
     """Replace each arc with the shortest path that the corridor and the other arcs allow.
 
-    Arcs that have been straightened before, whose edges are all in `known`, are skipped.
+    Arcs whose edges are all in `known` are skipped, because they have been straightened before.
     """
     graph = corridor.graph
 
@@ -157,7 +157,7 @@ def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known
             path = corridor.shortest_path(int(places[0]), int(places[-1]), blocked, length)
             if len(path) > 1:
                 new = graph.edges_between(path[:-1], path[1:])
-                one = len(new) == 1 and new[0] in seam  # the path is a single edge of the seam
+                one = len(new) == 1 and new[0] in seam  # the new arc is an existing seam edge
                 on[edges] = False
                 if (
                     not one
@@ -203,7 +203,7 @@ def _move_branch_points(corridor: _Corridor, seam: IntArray, fixed: set[int], re
                 if all(
                     corridor.is_same_sector(tip, edges[-1], new, on)
                     for tip, (edges, _), part in zip(tips, arms, parts, strict=True)
-                    for new in (part[-1:] if len(part) else firsts)  # empty if the branch point is a tip
+                    for new in (part[-1:] if len(part) else firsts)  # no edges if the branch point is a tip
                 ):
                     own, old_own = np.concatenate(parts), own
                     seam = np.concatenate((graph.difference(seam, old_own), own))

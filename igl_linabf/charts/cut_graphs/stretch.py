@@ -1,12 +1,12 @@
-"""The expected stretch of a map, computed from its seam.
+"""Predict the stretch of a map from its seam.
 
 A conformal map has the scale e^u, where L u = -K and u = 0 on the seam; L is the Laplacian, K the curvature.
 
-An isometric map does not preserve angles, and therefore stretches less. Its strain is small and obeys linear
+An isometric map stretches less, because it need not preserve angles. Its strain is small and obeys linear
 elasticity: among all strains that remove the curvature, it minimises the integral of the squared strain. In
 terms of Airy's stress function, the trace w of the strain minimises the integral of w^2 subject to L w = -K
-off the seam, with arbitrary values on the seam. Thus w is u without its harmonic part. The L2 stretch is then
-1 + 3/4 of the mean of w^2.
+off the seam, with arbitrary values on the seam. Thus w is u minus the harmonic part of u. The L2 stretch is
+then 1 + 3/4 of the mean of w^2.
 """
 
 import numpy as np
@@ -17,15 +17,15 @@ from ...flattening import Isometric, Method
 from .closed_surface import ClosedSurface
 
 MAX_LOG_SCALE = 100.0  # log scales are clipped to this value; scales beyond exp(350) overflow when squared
-ISOMETRIC_STRETCH_WEIGHT = 6.0  # weight of an isometric map's L2 stretch beyond 1 in the cost of an atlas
+ISOMETRIC_STRETCH_WEIGHT = 6.0  # weight in the cost of an atlas of (L2 stretch - 1) of an isometric map
 MAX_TRACE_STEPS = 6  # number of conjugate gradient steps that compute the trace of the strain
 
 
 def predict_stretch(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
     """Return the expected L2 stretch of the map of a surface cut at the nodes `fixed`, and the log scale.
 
-    The log scale, (n,), is u for a conformal map and w for an isometric map. The stretch beyond 1 of an
-    isometric map is multiplied by `ISOMETRIC_STRETCH_WEIGHT`.
+    The log scale, (n,), is u for a conformal map and w for an isometric map. For an isometric map, the
+    stretch minus 1 is multiplied by `ISOMETRIC_STRETCH_WEIGHT`.
     """
     if not closed.isometric:
         u = solve_log_scale(closed, fixed, closed.curvature)
@@ -86,5 +86,5 @@ def _solve_trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> 
 
 
 def stretch_weight(method: Method) -> float:
-    """Return the weight of the L2 stretch beyond 1 in the cost of a map computed by `method`."""
+    """Return the weight of (L2 stretch - 1) in the cost of a map computed by `method`."""
     return ISOMETRIC_STRETCH_WEIGHT if isinstance(method, Isometric) else 1.0

@@ -1,6 +1,6 @@
-"""Maps whose seams shift a periodic texture by whole periods, so that it continues across them.
+"""Shift the two sides of each seam by whole periods of a texture, so that the texture continues across seams.
 
-Input: charts whose seams turn by quarter turns. Output: the shifted charts, or a period that fits.
+Takes charts whose seam sides differ by quarter turns. Returns the shifted charts, or a feasible period.
 """
 
 from .period import shift_by_period

@@ -1,4 +1,4 @@
-"""The closest vector problem: complex integers nearest to given numbers under a quadratic form."""
+"""Solve the closest vector problem: find complex integers nearest to given numbers under a quadratic form."""
 
 import numpy as np
 
@@ -13,9 +13,9 @@ NEIGHBOURHOOD = np.array([a + 1j * b for a in (-1, 0, 1) for b in (-1, 0, 1)])
 def find_nearest_integers(form: ComplexArray, wanted: ComplexArray) -> ComplexArray:
     """Return Gaussian integers `q` that make the Hermitian form small at the vector `q - wanted`.
 
-    The numbers are rounded one after another, each after a correction for the errors of the previous numbers
-    (Babai 1986). The numbers whose errors cost most come first (Wolniansky et al. 1998). A beam search keeps
-    the best partial choices.
+    The numbers are rounded one after another. Each is corrected beforehand for the rounding errors of the
+    previous numbers (Babai 1986). The numbers whose errors cost most are rounded first (Wolniansky et al.
+    1998). A beam search keeps the best partial solutions.
 
     Parameters
     ----------
@@ -40,9 +40,9 @@ def find_nearest_integers(form: ComplexArray, wanted: ComplexArray) -> ComplexAr
 
 
 def _order_by_cost(form: ComplexArray) -> IntArray:
-    """Return an order of the numbers by the cost of their errors, ascending.
+    """Return an order of the numbers by the cost of their rounding errors, ascending.
 
-    The cost of an error is the least value of the form over all errors of the numbers earlier in the order.
+    The cost of a number's error is the least value of the form over all errors of the numbers before it.
     """
     inverse = np.linalg.inv(form)
     left = np.ones(len(form), dtype=bool)

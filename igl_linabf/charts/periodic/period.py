@@ -1,4 +1,4 @@
-"""Shift the seams of a map by whole periods of a texture, so that it continues across them."""
+"""Shift the seams of a map by whole periods of a texture, which then continues across the seams."""
 
 import warnings
 from collections.abc import Callable, Sequence
@@ -14,23 +14,23 @@ from ...surface import Submesh
 from ..atlas import Atlas, Chart, find_seams_and_mismatch
 from .shifted_maps import ShiftedMaps
 
-MAX_PERIOD_HALVINGS = 8  # number of halvings of a period to find a shorter period that flips no triangles
-MAX_ROOMS = 4  # maximum number of packings, each with more room around the charts
-GAP_ROUNDING = 1e-6  # tolerance for rounding, as a share of the gap
+MAX_PERIOD_HALVINGS = 8  # halve the period this many times in search of one that flips no triangles
+MAX_ROOMS = 4  # maximum number of times charts are packed, each time with more room around them
+GAP_ROUNDING = 1e-6  # tolerance for rounding errors of the gap between charts, relative to the gap
 
 
 def shift_by_period(
     surface: Submesh, pack: Callable[[float], Atlas], pieces: list[Submesh], period: float, gap: float
 ) -> Atlas:
-    """Return the atlas with seams that shift by whole periods; its charts stay `gap` apart if possible.
+    """Return the atlas with seams shifted by whole periods and, if possible, charts at least `gap` apart.
 
-    `pack(room)` packs the charts with the additional distance `room` around each chart, because shifts
-    usually move them by less than a period. `pieces` are the surfaces of the charts.
+    `pack(room)` packs the charts with the additional distance `room` around each chart. One period is usually
+    enough room, because points of the map move less. `pieces` are the surfaces of the charts.
 
     Raises
     ------
     MeshError
-        Triangles would flip. The message has a feasible period.
+        Triangles would flip. The message suggests a shorter period, if one is feasible.
     """
     for room in period * 2.0 ** np.arange(MAX_ROOMS):
         atlas = _shift_atlas(surface, pack(room), pieces, period)
@@ -54,7 +54,7 @@ def _are_near(TC: FloatArray, pieces: list[Submesh], gap: float) -> bool:
 
 
 def _shift_atlas(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: float) -> Atlas:
-    """Return the atlas with seams that shift by whole periods; its charts may overlap."""
+    """Return the atlas with seams shifted by whole periods. Charts may overlap each other."""
     if not len(atlas.seams):
         return replace(atlas, report=replace(atlas.report, period=period))
     shifted = ShiftedMaps.of(surface, atlas.TC, atlas.FTC)
@@ -77,7 +77,7 @@ def _shift_atlas(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: 
 def _shift_charts(
     shifted: ShiftedMaps, atlas: Atlas, pieces: list[Submesh], period: float
 ) -> tuple[FloatArray, tuple[Chart, ...]]:
-    """Return the texture coordinates for a period, and the charts with their new quality."""
+    """Return the texture coordinates after shifts by whole periods, and the charts with their new quality."""
     TC = shifted.shift(period)
     parts = np.split(TC, np.cumsum([len(piece.V) for piece in pieces])[:-1])
     charts = []
@@ -88,7 +88,7 @@ def _shift_charts(
 
 
 def _describe_new_flips(moved: Sequence[Chart], charts: Sequence[Chart]) -> str:
-    """Describe the first chart with more flipped triangles than before; return "" if no chart has more."""
+    """Describe the first chart with more flipped triangles than before the shift; return "" if none has."""
     for i, (now, before) in enumerate(zip(moved, charts, strict=True)):
         if (flips := now.quality.flips - before.quality.flips) > 0:
             return f"{flips} triangles of chart {i} (faces {some(now.faces)}) would flip"

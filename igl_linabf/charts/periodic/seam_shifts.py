@@ -1,4 +1,4 @@
-"""Rotations and shifts between the two sides of a seam, and the shifts that can be chosen freely."""
+"""Measure rotations and shifts between the two sides of a seam, and find the shifts that are free."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from ...errors import MeshError, some
 from ...surface import NEXT, PREV, Submesh, connected_labels
 from ..atlas import find_texture_seam_rows
 
-QUARTER_TURN_TOL = 1e-3  # maximum relative deviation of the sides of a seam edge from a quarter turn
+QUARTER_TURN_TOL = 1e-3  # maximum relative deviation of a seam edge's sides from a rotation by quarter turns
 
 
 @dataclass(frozen=True, eq=False)
 class SeamSides:
-    """Both sides of the seam edges: turn * z + shift maps the first side to the second.
+    """Both sides of the seam edges. z -> turn * z + shift maps the first side to the second.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class SeamSides:
     first, second : (#S, 2) int64
         The copies of the ends on the first and the second side: row indices into `TC`.
     turn : (#S,) complex128
-        A power of i.
+        The rotation from the first side to the second, a power of i.
     shift : (#S,) complex128
     """
 
@@ -38,7 +38,7 @@ class SeamSides:
 
     @classmethod
     def of(cls, surface: Submesh, z: ComplexArray, FTC: IntArray) -> SeamSides:
-        """Measure the turns and shifts of all seam edges of a map."""
+        """Measure the rotations and shifts between the two sides of all seam edges of a map."""
         topology = surface.topology
         rows = find_texture_seam_rows(topology, FTC)
         start, end = FTC.T[NEXT].ravel(), FTC.T[PREV].ravel()
@@ -67,8 +67,8 @@ Sums = list[tuple[int, complex]]  # linear combination of shifts: pairs of a sea
 class Fan:
     """The copies of a seam vertex, in order around it.
 
-    Copy k is at turns[k] * (position of the first copy) + sums[k], a linear combination of shifts. `closing`
-    has the turn and the sum of the full circle around the vertex; None at the boundary.
+    Copy k is at turns[k] * (position of the first copy) + sums[k], where sums[k] is a linear combination of
+    shifts. `closing` has the turn and the sum after a full circle around the vertex; None at the boundary.
     """
 
     vertex: int
@@ -79,13 +79,13 @@ class Fan:
 
     @property
     def turns_cancel(self) -> bool:
-        """Return True if the turns around the vertex cancel, so that the vertex is not a cone."""
+        """Return True if the rotations around the vertex cancel. Then the vertex is not a cone."""
         return self.closing is not None and self.closing[0] == 1
 
 
 def find_fans(sides: SeamSides) -> list[Fan]:
     """Return the copies of all seam vertices, in order around each vertex."""
-    ways: dict[int, list[tuple[int, int, bool]]] = {}  # for each copy: seam edge, copy across it, direction
+    ways: dict[int, list[tuple[int, int, bool]]] = {}  # copy -> seam edges, copies across, directions
     copies: dict[int, list[int]] = {}
     for e, (vertices, first, second) in enumerate(
         zip(sides.vertex.tolist(), sides.first.tolist(), sides.second.tolist(), strict=True)
@@ -97,7 +97,7 @@ def find_fans(sides: SeamSides) -> list[Fan]:
     turn = sides.turn.tolist()
     fans = []
     for v, own in copies.items():
-        ends = [i for i in own if len(ways[i]) == 1]  # the fan of a boundary vertex starts at the boundary
+        ends = [i for i in own if len(ways[i]) == 1]  # start at the boundary if the vertex is on it
         at = ends[0] if ends else own[0]
         fan = Fan(v, [at], [1 + 0j], [[]], None)
         by, sums, came, closing = 1 + 0j, Sums(), -1, None
@@ -121,9 +121,9 @@ def find_fans(sides: SeamSides) -> list[Fan]:
 
 @dataclass(frozen=True, eq=False)
 class FreeShifts:
-    """All shifts as linear functions of the free shifts.
+    """The shifts of all seam edges as linear functions of some of them, the free shifts.
 
-    The shifts around a vertex that is not a cone cancel.
+    The constraint is that the shifts around a vertex cancel unless the vertex is a cone.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ class FreeShifts:
 
     @classmethod
     def of(cls, sides: SeamSides, fans: list[Fan]) -> FreeShifts:
-        """Return the free shifts of all seams; there must be a seam edge."""
+        """Find the free shifts of all seams. There must be at least one seam edge."""
         seam = connected_labels(sides.vertex, int(sides.vertex.max()) + 1)
         own: dict[int, list[Fan]] = {}
         for fan in fans:
@@ -167,8 +167,8 @@ def _solve_seam(
 ) -> tuple[IntArray, ComplexArray, IntArray, ComplexArray]:
     """Return the attributes of `FreeShifts` for one connected seam.
 
-    On a spanning tree of its edges, each vertex that is not a cone determines the shift of the edge towards
-    the root. The shifts of all other edges are free.
+    On a spanning tree of the seam, each vertex that is not a cone determines the shift of the edge to its
+    parent. The shifts of all other edges are free.
     """
     fan_of = {fan.vertex: fan for fan in fans}
     order, above = _span_seam(sides, edges, fans)
@@ -177,7 +177,7 @@ def _solve_seam(
     choice = np.array([e for e in edges.tolist() if e not in bound], dtype=np.int64)
     assert len(bound) <= len(on_tree)
     row = dict(zip(edges.tolist(), range(len(edges)), strict=True))
-    rows = np.zeros((len(edges), len(choice)), dtype=np.complex128)  # shifts as functions of the free shifts
+    rows = np.zeros((len(edges), len(choice)), dtype=np.complex128)  # in terms of free shifts
     rows[[row[e] for e in choice.tolist()], np.arange(len(choice))] = 1.0
     for v in reversed(order):
         fan = fan_of[v]

@@ -1,4 +1,4 @@
-"""A map whose seams turn by quarter turns, shifted by whole periods of a texture."""
+"""Shift the seams of a map by whole periods of a texture; seam sides differ by quarter turns."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ from .lattice import find_nearest_integers
 from .seam_shifts import FreeShifts, SeamSides, find_fans
 from .stiffness import Stiffness, build_displacement_energy, triangle_changes
 
-COST_OF_SHIFT = 0.01  # regularisation: cost added to each shift, relative to the mean cost of a shift
-# Minimum mean cost of a shift, as a share of the energy if only triangles at the seam moved.
+COST_OF_SHIFT = 0.01  # regularisation: energy added for each shift, relative to the mean energy of a shift
+# Lower bound of the mean energy of a shift, relative to the energy if only points at the seam move.
 MIN_SHIFT_COST = 1e-7
-COLUMNS_AT_ONCE = 32  # number of right-hand sides that are solved in one call
-MAX_WEIGHTINGS = 4  # maximum number of rounds that increase the weights of strongly changed triangles
-DOUBLING_CHANGE = 0.3  # relative change of a triangle that doubles its weight
+COLUMNS_AT_ONCE = 32  # number of right-hand sides in one call of the linear solver
+MAX_WEIGHTINGS = 4  # maximum number of solves with increased weights, if triangles flip
+DOUBLING_CHANGE = 0.3  # a triangle that changes by this relative amount gets twice the weight
 
 
 @dataclass(frozen=True, eq=False)
 class ShiftedMaps:
-    """All maps that result from shifts of the seams of a map.
+    """The maps that result from a given map if its seams are shifted.
 
     The sides of a seam edge are at z and i^k z + t. If each shift t is a whole number of periods along both
     axes, a periodic texture continues across the seam. The shifts determine the position of each cone, which
     is the fixed point of the turns around it. All other points are displaced with the least energy, and
-    `find_nearest_integers` chooses whole periods that keep this energy small. As a quadratic form of the
-    shifts, the energy takes one solve for each free shift, independent of the period. If triangles flip, the
-    weights of the triangles that change most are increased.
+    `find_nearest_integers` chooses whole periods that keep this energy small. The energy is a
+    quadratic form of the shifts. Computing it takes one linear solve for each free shift, independent of the
+    period. If triangles flip, the weights of the triangles that change most are increased.
 
     Attributes
     ----------
     z : (#TC,) complex128
         The map.
     component : (#V,) int64
-        The component of each of the surface's vertices.
+        The component of the surface that contains each vertex.
     sides : SeamSides
     free : FreeShifts
     first : (#V,) complex128
@@ -46,7 +46,7 @@ class ShiftedMaps:
     turn : (#TC, #V) complex128
         The positions of all copies as functions of the first copies, without shifts.
     shift_matrix : (#TC, #S) complex128
-        The contribution of the shifts of the seam edges to these positions.
+        The contribution of the shifts of the seam edges to the positions of all copies.
     corner : (3, #F) int64
         The row indices of the triangles' corners.
     """
@@ -62,12 +62,12 @@ class ShiftedMaps:
 
     @classmethod
     def of(cls, surface: Submesh, TC: FloatArray, FTC: IntArray) -> ShiftedMaps:
-        """Return the shifts of a map that has a seam.
+        """Prepare the shifts of a map that has at least one seam edge.
 
         Raises
         ------
         MeshError
-            A seam does not turn by a multiple of 90 degrees.
+            The two sides of a seam do not differ by a rotation by a multiple of 90 degrees.
         """
         z, n = complex_positions(TC), len(surface.V)
         sides = SeamSides.of(surface, z, FTC)
@@ -96,7 +96,7 @@ class ShiftedMaps:
         )
 
     def shift(self, period: float) -> FloatArray:
-        """Return the texture coordinates whose seams shift by whole periods, (#TC, 2)."""
+        """Return the texture coordinates after shifting the seams by whole periods, (#TC, 2)."""
         q, area = self._choose_seam_shifts(period), signed_double_areas(self.z, self.corner)
         moved, weight = self._displace(q, period, self._uniform_stiffness), np.ones(len(area))
         for _ in range(MAX_WEIGHTINGS):
@@ -107,7 +107,7 @@ class ShiftedMaps:
         return coordinates(moved)
 
     def _displace(self, q: ComplexArray, period: float, stiffness: Stiffness) -> ComplexArray:
-        """Return the map whose free shifts are q periods."""
+        """Return the map in which the free shifts are `q` times the period."""
         shift, cones = period * np.round(self.free.shifts @ q), self.free.cones
         d = np.zeros(len(self.first), dtype=np.complex128)
         d[cones] = period * (self.free.places @ q) - self.first[cones]
@@ -117,7 +117,7 @@ class ShiftedMaps:
         return np.asarray(shifted + self.turn @ d)
 
     def _choose_seam_shifts(self, period: float) -> ComplexArray:
-        """Return the chosen free shifts, in periods."""
+        """Choose the free shifts, as complex integers in units of the period."""
         wanted = self.sides.shift[self.free.edges] / period
         q = np.zeros(len(wanted), dtype=np.complex128)
         for own, form in self._shift_energies:
@@ -126,11 +126,11 @@ class ShiftedMaps:
 
     @cached_property
     def _uniform_stiffness(self) -> Stiffness:
-        """The stiffness with equal weights for all triangles."""
+        """The `Stiffness` with equal weights for all triangles."""
         return self._build_stiffness(np.ones(self.corner.shape[1]))
 
     def _build_stiffness(self, weight: FloatArray) -> Stiffness:
-        """Return the stiffness with the given weights of triangles."""
+        """Return the `Stiffness` with the given weights of triangles."""
         return Stiffness.of(
             build_displacement_energy(self.z, self.corner, weight), self.turn, self.free.cones
         )
@@ -139,7 +139,7 @@ class ShiftedMaps:
     def _shift_energies(self) -> list[tuple[IntArray, ComplexArray]]:
         """The free shifts of each component of the surface, and their energy as a Hermitian form.
 
-        One right-hand side has a free shift of every component, because components do not interact.
+        Components do not interact. Therefore each right-hand side combines one free shift of every component.
         """
         stiffness = self._uniform_stiffness
         label = self.component[self.sides.vertex[self.free.edges, 0]]

@@ -1,4 +1,4 @@
-"""The energy of displacements of a map."""
+"""Compute the energy of displacements of a map."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from ..._types import BoolArray, ComplexArray, FloatArray, IntArray, Solve
 from ...linalg import Solvers, solve_complex
 from ...surface import NEXT, PREV, signed_double_areas
 
-DIAGONAL_SHARE = 1e-8  # share of the diagonal that is added to the energy to make it definite
-MIN_AREA_OVER_LARGEST = 1e-8  # minimum area of a triangle, relative to the largest; smaller areas are raised
+DIAGONAL_SHARE = 1e-8  # share of the energy matrix's diagonal that is added to make it definite
+MIN_AREA_OVER_LARGEST = 1e-8  # smaller triangle areas, relative to the largest, are replaced by this
 SCALE_WEIGHT = 0.1  # weight of changes of scale and direction, relative to changes of angles
 
 
 @dataclass(frozen=True, eq=False)
 class Stiffness:
-    """An energy of displacements, and its inverse.
+    """The energy of displacements of a map, and its inverse.
 
     Attributes
     ----------
     of_copies : (#TC, #TC) complex128
-        The energy as a form of the displacements of all rows of the map.
+        The energy as a quadratic form of the displacements of all rows of the map.
     of_vertices : (#V, #V) complex128
-        The energy as a form of the displacements of the vertices. All copies of a vertex move alike, up to
-        turns.
+        The energy as a quadratic form of the displacements of the vertices. All copies of a vertex move by
+        the same displacement, rotated by `turn`.
     inner : (#V,) bool
         The vertices that are not fixed.
     solve : callable
@@ -41,7 +41,7 @@ class Stiffness:
 
     @classmethod
     def of(cls, of_copies: sparse.csr_array, turn: sparse.csr_array, held: IntArray) -> Stiffness:
-        """Factor an energy for the fixed vertices `held`; `turn`, (#TC, #V), maps vertices to copies."""
+        """Factor an energy with the vertices `held` fixed; `turn`, (#TC, #V), maps vertices to copies."""
         A = turn.conj().T @ of_copies @ turn
         A = (A + A.conj().T) / 2  # makes the diagonal exactly real
         A = (A + sparse.diags_array(DIAGONAL_SHARE * A.diagonal())).tocsr()
@@ -54,7 +54,7 @@ class Stiffness:
 def build_displacement_energy(z: ComplexArray, corner: IntArray, weight: FloatArray) -> sparse.csr_array:
     """Return the energy of displacements d as a matrix, (#TC, #TC).
 
-    It is the sum over triangles of 4 |dbar d|^2 + 4 `SCALE_WEIGHT` |del d|^2. The first term is the
+    The energy is the sum over triangles of 4 |dbar d|^2 + 4 `SCALE_WEIGHT` |del d|^2. The first term is the
     distortion of angles, the second the change of scale and direction. `corner` has the row indices of the
     triangles, (3, #F).
     """

@@ -1,7 +1,7 @@
 """Split or repair charts whose maps overlap, flip triangles or shrink tips.
 
-In: a chart with its map. Out: seams that split it; charts merged into neighbours; maps moved apart.
-SCAF is Jiang, Schaefer, Panozzo 2017.
+Takes a chart with its map. Returns seams that split the chart, or a map whose overlapping parts are moved
+apart by SCAF (Jiang, Schaefer, Panozzo 2017). Small charts are then merged into adjacent charts.
 """
 
 from .bisection import bisect

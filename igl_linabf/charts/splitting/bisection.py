@@ -9,9 +9,9 @@ from ..least_cuts import divide_at_least_cut, edges_between_polygons, terminals_
 
 
 def bisect(piece: Submesh) -> list[Submesh]:
-    """Return the parts on both sides of a short seam about halfway between two distant faces.
+    """Halve a piece along a short seam about halfway between two distant faces; return the parts.
 
-    A piece that consists of a single polygon cannot be divided; its list of parts is empty.
+    A piece that consists of a single polygon cannot be divided; the list of parts is then empty.
     """
     polygon = piece.polygon_labels
     if not polygon.any():

@@ -1,4 +1,4 @@
-"""Seams that separate the overlapping parts of a flat map."""
+"""Find seams that separate the overlapping parts of a flat map."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from ...errors import MeshError, some
 from ...surface import Submesh, check_planar, face_components
 from ..features import CreasedSurface, box_sides
 
-MAX_OVERLAPS = 6  # number of overlaps that one search separates; each overlap doubles the search graph
+MAX_OVERLAPS = 6  # one search separates up to this many overlaps; each one doubles the search graph
 MAX_SEARCH_NODES = 1 << 19  # maximum number of nodes of the search graph
-BARRIER_COST = 1e3  # factor on the price of seam edges within an overlapping region
+BARRIER_COST = 1e3  # factor on the price of seam edges inside an overlap, which seams should pass around
 PART_COST = 0.1  # price of an additional part, relative to the diagonal of the bounding box
 
 
@@ -25,10 +25,10 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
 
     An overlap consists of two *sheets*: connected regions of faces that cover the same place in the map. Each
     seam is a shortest path along edges of the surface, from boundary to boundary, that has the two sheets of
-    an overlap on different sides. If it is shorter, the seam runs from the boundary around one sheet and back
-    to itself instead. In both cases one disk becomes two disks. The largest overlaps are separated first,
-    until no pair of faces is left in one part. A part may overlap itself again after it has been flattened.
-    In this case, repeat the procedure.
+    an overlap on different sides. A seam from the boundary around one sheet and back to itself is used if it
+    is shorter. In both cases one disk becomes two disks. The largest overlaps are separated first, until the
+    two faces of each pair are in different parts. A part may overlap itself again after it has been
+    flattened. In this case, call the function again.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
 
 
 def find_overlap_seams(charts: list[Submesh], pairs: IntArray) -> IntArray:
-    """Return the `separating_seams` of checked charts. Faces and vertices have the caller's indices."""
+    """Return the `separating_seams` of checked charts, given by input vertices; `pairs` has input faces."""
     seams, _ = _separate(charts, pairs)
     return np.unique(np.concatenate([np.zeros((0, 2), dtype=np.int64), *seams]), axis=0)
 
@@ -116,7 +116,7 @@ def _separate(
 def _distribute_pairs(
     whole: Submesh, parts: list[Submesh], pairs: IntArray
 ) -> list[tuple[Submesh, IntArray]]:
-    """Return each part of `whole` with the pairs of faces that are both in the part, in its numbering."""
+    """Return each part of `whole` with the pairs whose two faces are in the part, as faces of the part."""
     of, row = np.empty(len(whole.F), dtype=np.int64), np.empty(len(whole.F), dtype=np.int64)
     for k, part in enumerate(parts):
         rows = np.searchsorted(whole.faces, part.faces)
@@ -147,12 +147,12 @@ def _check_pairs(pairs: ArrayLike, m: int) -> IntArray:
 
 
 def _find_shortest_seam(part: Submesh, pairs: IntArray, most: int) -> IntArray:
-    """Return the edges (#E, 2) of seams that separate the largest overlaps of the polygons in `pairs`."""
+    """Return seam edges, (#E, 2), that separate the largest overlaps formed by the `pairs` of polygons."""
     search, doublings = _Search(part), int(np.log2(MAX_SEARCH_NODES / part.topology.n))
     overlaps = search.find_largest_overlaps(pairs, min(most, max(1, doublings)))
     while not len(seam := search.find_seam(overlaps)):
-        # No seam separates three mutually overlapping faces:
-        # no closed curve crosses all three connecting paths an odd number of times.
+        # No single seam separates three mutually overlapping faces, because no closed curve crosses
+        # all three paths between the faces an odd number of times.
         overlaps.pop()
     return seam
 
@@ -165,7 +165,7 @@ class _Overlap(NamedTuple):
 
 
 class _Search:
-    """A search for seams in a part: the edge graph of the part, and the dual graph of its polygons."""
+    """The search for seams in a part, on the part's edge graph and on the dual graph of its polygons."""
 
     def __init__(self, part: Submesh) -> None:
         cell, inner = part.polygon_labels, part.cuttable_edges
@@ -174,7 +174,7 @@ class _Search:
         sides = cell[topology.sides[:, inner] % len(part.F)].T  # polygons on both sides of each inner edge
         self._dual = _Dual(*shortest_edges(sides, np.zeros(len(inner)), self._m))
         edges = topology.edges[inner]
-        # an additional vertex per boundary loop: a seam may end at the loop and continue anywhere else on it
+        # an additional vertex per boundary loop connects all its vertices: a seam may leave the loop anywhere
         rim = np.concatenate(topology.loops)
         loop = np.repeat(np.arange(len(topology.loops)), [len(vertices) for vertices in topology.loops])
         ends = np.concatenate((edges, np.column_stack((rim, topology.n + loop))))
@@ -211,7 +211,7 @@ class _Search:
         # A closed curve separates two sheets if it crosses the path between them an odd number of times.
         # The search graph has a copy of the vertices for each combination of parities.
         # An edge that crosses a path leads to the copy with the flipped parity of this path.
-        # Thus a seam that separates all overlaps is a walk from a vertex to its copy with odd parities.
+        # Therefore a seam that separates all overlaps is a walk from a vertex to its copy with odd parities.
         n, copies = len(indptr) - 1, 1 << len(overlaps)
         walk = shortest_odd_walk(indptr, indices, cost[edge], flip[edge], self._n, copies).tolist()
         path = np.array(_prune_walk(walk, n, self._n), dtype=np.int64)
@@ -253,7 +253,7 @@ class _Dual(NamedTuple):
     edge: IntArray
 
     def edges_across_path(self, one: BoolArray, other: BoolArray) -> IntArray:
-        """Return the edges that a shortest path between two sheets crosses; sheets are masks of faces."""
+        """Return the edges crossed by a shortest path between two sheets, which are masks of faces."""
         way = breadth_first_path(self.begin, self.neighbour, one, other)
         at, of = self._find_entries(way[:-1])
         return np.asarray(self.edge[at[self.neighbour[at] == way[1:][of]]])

@@ -26,12 +26,12 @@ from ...surface import (
 )
 from .tips import MapMeasure
 
-SCAF_SECONDS = 300.0  # time limit of SCAF, which hangs on some maps
-SCAF_SECONDS_PER_FACE = 1e-2  # additional time limit of SCAF per face
+SCAF_SECONDS = 300.0  # time limit of SCAF, seconds, because SCAF hangs on some maps
+SCAF_SECONDS_PER_FACE = 1e-2  # seconds added to that time limit for each face
 SCAF_ITERATIONS = 50  # default number of iterations of SCAF
-# Maximum ratio of the L2 stretch, and of the conformal distortion, after SCAF to the value before.
+# SCAF may increase the L2 stretch and the conformal distortion at most by this factor.
 MAX_SCAF_STRETCH_FACTOR = 1.2
-MIN_SCAF_AREA = 1e-14  # minimum share of a triangle in the area of the map; the energy overflows below
+MIN_SCAF_AREA = 1e-14  # reject maps with a triangle below this share of the area: the energy overflows
 
 SCAF = "igl's SCAF"
 
@@ -41,11 +41,10 @@ def make_bijective(
 ) -> FloatArray:
     """Move the overlapping parts of a flat map apart, without a cut.
 
-    The simplicial complex augmentation framework of Jiang, Schaefer and Panozzo 2017
-    (`igl.triangle.scaf_solve`). It starts from an embedding in a circle, which never overlaps.
-    From there it approaches the triangles of `uv` as closely as it can without overlap (symmetric
-    Dirichlet energy). Cutting along `separating_seams` instead is much faster and adds no
-    distortion.
+    This is the simplicial complex augmentation framework of Jiang, Schaefer and Panozzo 2017
+    (`igl.triangle.scaf_solve`). It starts from an embedding in a circle, which has no overlaps, and deforms
+    the triangles towards those of `uv` without creating overlaps. It minimises the symmetric Dirichlet
+    energy. Cutting along `separating_seams` instead is much faster and adds no distortion.
 
     Parameters
     ----------
@@ -56,21 +55,21 @@ def make_bijective(
     iterations : int
         More iterations give a map closer to `uv`.
     timeout : float
-        Seconds after which the solver is stopped, with an error. igl's solver hangs on some maps, so it
-        runs in a process of its own. Otherwise the map does not depend on the time that it takes.
+        Seconds after which the solver is stopped with an error. It runs in a separate process, because igl's
+        solver hangs on some maps. The limit does not affect the map of a solver that finishes in time.
 
     Returns
     -------
     uv : (#V, 2) float64
-        The new map, rotated and moved to fit the given one best. If the given map has no overlap
-        and no flipped face, a copy of it. NaN at vertices that no face uses.
+        The new map, rotated and moved to fit `uv` best, or a copy of `uv` if it has no overlaps and no
+        flipped faces. NaN at vertices that no face uses.
 
     Raises
     ------
     MeshError
-        The arrays do not fit together, the surface is not one disk, a face is collapsed or much
-        smaller than the others, no valid embedding was found in double precision, or igl's solver
-        failed or took too long.
+        The arrays do not fit together, the surface is not one disk, a face is collapsed or much smaller than
+        the rest of the map, no valid embedding was found in double precision, or igl's solver failed or took
+        too long.
 
     Warns
     -----
@@ -172,7 +171,7 @@ def _solve_scaf(arrays: Arrays) -> Arrays:
 
 
 def _fit_rigidly(uv: FloatArray, onto: FloatArray) -> FloatArray:
-    """Return `uv` after the rotation and translation that fit it best to `onto`."""
+    """Rotate and translate `uv` to fit `onto` best."""
     z, w = complex_positions(uv), complex_positions(onto)
     middle = w.mean()
     z = z - z.mean()
@@ -186,9 +185,9 @@ def move_parts_apart(
 ) -> tuple[Flattening, float] | None:
     """Move overlapping parts of a map apart; return the new map and the increase of F/3nt, or None.
 
-    The result is None if SCAF fails or distorts the map too much, for example on long strips, where a seam is
-    better. `before` measures the given map. The number of iterations is fixed, so that the result does not
-    depend on the speed of the machine.
+    The result is None if SCAF fails or distorts the map too much, for example if the map is a long strip. A
+    seam is better then. `before` measures the given map. The number of iterations is fixed. Therefore the
+    result does not depend on the speed of the machine.
     """
     hangs = SCAF_SECONDS + SCAF_SECONDS_PER_FACE * len(piece.F)
     try:  # remaining overlaps and flips are reported by the atlas

@@ -1,7 +1,7 @@
-"""Merge small charts, which remain after splitting, into adjacent charts with room next to their boundary.
+"""Merge small charts, which remain after splitting, into adjacent charts if there is room in the map.
 
-The map of the adjacent chart does not change; therefore the positions on the common seam are fixed. If the
-map of the small chart matches the seam after a similarity transform, it is used. Otherwise the small chart is
+The map of the adjacent chart does not change. Therefore the positions on the common seam are fixed. The map
+of the small chart is kept if it matches the seam after a similarity transform. Otherwise the small chart is
 mapped again by LSCM with fixed vertices on the seam.
 """
 
@@ -21,19 +21,19 @@ from ...measures import measure_change, measure_qualities
 from ...surface import Ragged, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
 from ..atlas import Chart, scale_to_surface
 
-MAX_SMALL_AREA = 0.01  # maximum share of a small chart in the area of the surface
+MAX_SMALL_AREA = 0.01  # maximum area of a small chart, as a share of the surface's area
 MAX_SMALL_FACES = 300  # maximum number of faces of a small chart
-FIT_TOL = 1e-5  # maximum distance between a chart and the vertices of a seam, relative to the chart's extent
+FIT_TOL = 1e-5  # a chart fits if its seam vertices are off by at most this, relative to its extent
 MAX_STRETCH_FACTOR = 1.01  # maximum factor by which merging small charts may increase the L2 stretch
 
-Key = tuple[int, ...]  # index of a piece, index of a part in this piece, index of a part in that part, ...
+Key = tuple[int, ...]  # path in the tree of cuts: index of a piece, index of a part in the piece, ...
 Made = tuple[Key, Chart, Submesh]
 
 
 def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) -> list[Made]:
     """Merge small charts into adjacent charts of the same piece that have room for them.
 
-    The edges `kept`, (#E, 2) of the caller's vertices, remain seams.
+    The edges `kept`, (#E, 2) input vertices, remain seams.
     """
     split = [len(key) > 1 for key, _, _ in made]
     if not any(split):
@@ -93,8 +93,8 @@ class _Run(NamedTuple):
 class _Guest:
     """A small chart that is merged into a host, which is an adjacent larger chart.
 
-    `z` has the positions of its vertices in the host's map. `of_host` has the host's index of each vertex on
-    the common boundary, and -1 at all other vertices.
+    `z` has the positions of the small chart's vertices in the host's map. `of_host` has the host's index of
+    each vertex on the common boundary, and -1 for all other vertices.
     """
 
     piece: Submesh
@@ -110,7 +110,7 @@ class _Candidate:
         self._cot = np.divide(piece.measured[1], piece.measured[0])
 
     def positions(self, runs: list[_Run]) -> Iterator[tuple[_Run, ComplexArray]]:
-        """Yield runs with positions of the vertices: first the given map where it fits, then LSCM maps."""
+        """Yield runs with positions of all vertices: first the given map where it fits, then LSCM maps."""
         if not runs:
             return
         fits, moved = self._fit(runs)
@@ -124,7 +124,7 @@ class _Candidate:
                 yield run, laid_out
 
     def _fit(self, runs: list[_Run]) -> tuple[BoolArray, ComplexArray]:
-        """Move the map to the ends of each run; return a mask of the runs that fit, and the moved maps."""
+        """Move the map to the ends of each run; return a mask of the runs it fits, and the moved maps."""
         z, vertices = self._z, Ragged.of_sizes([len(run.own) for run in runs])
         own, to = (np.concatenate(rows) for rows in zip(*((run.own, run.at) for run in runs), strict=True))
         (first, last), (start, end) = ((x[vertices.start[:-1]], x[vertices.start[1:] - 1]) for x in (own, to))
@@ -150,7 +150,7 @@ class _GrowingChart:
         self._chart, self._piece = chart, piece
         self._double_area = self._flat_area = float(
             piece.measured[0].sum()
-        )  # the map preserves the total area
+        )  # equal, because the map preserves the total area
         self._squared = chart.quality.stretch_l2**2 * self._double_area
         self._z = complex_positions(chart.result.uv)
         size = -int(np.frexp(np.abs(chart.result.uv).max())[1])
@@ -169,7 +169,7 @@ class _GrowingChart:
         return np.asarray(self._z[vertices])
 
     def merge(self, piece: Submesh, z: ComplexArray, run: _Run, most_stretch: float) -> bool:
-        """Merge a small chart whose vertices are at `z`, if there is room; return True if it is merged."""
+        """Merge a small chart with the map `z` if there is room; return True if it is merged."""
         double_area = signed_double_areas(z, piece.topology.corner)
         if not double_area.min() > 0:
             return False
@@ -192,7 +192,7 @@ class _GrowingChart:
         return True
 
     def append_merged_charts(self, entry: Made) -> Made:
-        """Return the chart with all merged charts. `quality` is not updated."""
+        """Return one chart that consists of this chart and all merged charts, with the old `quality`."""
         key, chart, piece = entry
         V, uv, F, angles = [piece.V], [chart.result.uv], [piece.F], [chart.result.angles]
         faces, vertices = [piece.faces], [piece.vertices]
@@ -241,7 +241,7 @@ class _Rims:
         rims, codes = zip(*(host.rim() for host in hosts), strict=True)
         of = np.repeat(np.arange(len(hosts)), [len(rim) for rim in rims])
         n, code = hosts[0].n_given, np.concatenate(codes)
-        code[np.isin(code, np.concatenate((kept, kept[:, ::-1])) @ [n, 1])] = -1  # never equal to a code
+        code[np.isin(code, np.concatenate((kept, kept[:, ::-1])) @ [n, 1])] = -1  # matches no edge
         order = np.argsort(code)
         self._hosts, self._of, self._code = hosts, of[order], code[order]
         self._rim = np.concatenate(rims)[order]
@@ -254,7 +254,7 @@ class _Rims:
         loop = piece.topology.loops[0]
         after = Ragged.of_sizes([len(loop)]).following
         following = loop[after]
-        code = _encode_edges(piece, following, loop)  # the adjacent chart has the opposite directions
+        code = _encode_edges(piece, following, loop)  # adjacent charts traverse edges in reverse
         place = np.minimum(np.searchsorted(self._code, code), len(self._code) - 1)
         beside = self._code[place] == code
         (end, start), of = self._rim[place].T, np.where(beside, self._of[place], -1)
@@ -268,7 +268,7 @@ class _Rims:
             number = 1
             while goes[(k + number - 1) % len(loop)]:
                 number += 1
-            number = min(number, len(loop) - 1)  # make the run open, so that no vertex is repeated
+            number = min(number, len(loop) - 1)  # leave one edge out of a closed run
             edges = np.arange(k, k + number) % len(loop)
             own = np.concatenate((loop[edges], following[edges[-1:]]))
             of_host = np.concatenate((start[edges], end[edges[-1:]]))

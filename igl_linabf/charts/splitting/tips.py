@@ -1,4 +1,4 @@
-"""Find seams to the tips of a surface that its map shrinks."""
+"""Find seams to the tips of limbs that a map shrinks."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,9 +11,9 @@ from ...surface import Submesh, connected_labels
 from ..cut_graphs import ClosedSurface
 from ..features import CreasedSurface
 
-TIP_STRETCH = 1.2  # minimum L2 stretch of a map that may get seams to shrunk tips
+TIP_STRETCH = 1.2  # minimum L2 stretch of a map for which seams to shrunk tips are sought
 TIP_AREA_SHARE = 1 / 16  # maximum ratio of a face's area in the map to its area in space, at a shrunk tip
-MIN_TIP_GAIN = 0.008  # minimum decrease of the L2 stretch, minus the price of the seams, for seams to tips
+MIN_TIP_GAIN = 0.008  # minimum net gain of seams to tips: decrease of the L2 stretch minus price
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +34,9 @@ class MapMeasure:
 
 
 def find_tips(F: IntArray, n: int, changed: Change, shrunk: float) -> tuple[IntArray, FloatArray]:
-    """Return a face at each tip whose area is shrunk below the factor `shrunk`, (#T,), and the tip's stretch.
+    """Find tips, where faces shrink below the factor `shrunk`; return a face, (#T,), and the stretch of each.
 
-    The stretch of a tip is its contribution to the squared L2 stretch beyond 1 of the map. The tips are
+    The stretch of a tip is its contribution to the squared L2 stretch of the map, minus 1. The tips are
     sorted by stretch, largest first.
     """
     area, grown = changed.double_area / changed.double_area.sum(), changed.log_area_ratio
@@ -56,7 +56,7 @@ def measure_size_and_stretch(changed: Change) -> tuple[float, float]:
 
 
 def choose_worthwhile_seams(price: FloatArray, saved: FloatArray, total: float) -> tuple[IntArray, float]:
-    """Choose the seams to tips that save more stretch than they cost; also return their total gain.
+    """Choose the seams to tips that save more stretch than they cost; also return the total net gain.
 
     Seam k decreases the squared L2 stretch of the map, `total`, by `saved[k]`. Prices are in units of L2
     stretch.
@@ -74,7 +74,7 @@ def choose_worthwhile_seams(price: FloatArray, saved: FloatArray, total: float) 
 def find_seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatArray | None) -> IntArray:
     """Return the edges of seams from the boundary to shrunk tips, if the saved stretch is worth the seams.
 
-    Edges are given by the caller's vertices. `changed` is the distortion of the map. A seam that ends at a
+    Edges are pairs of input vertices. `changed` is the distortion of the map. A seam that ends at a
     tip is assumed to restore the size of the faces there.
     """
     none = np.zeros((0, 2), dtype=np.int64)
@@ -82,7 +82,7 @@ def find_seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: Fl
     if trade == 0 or not TIP_STRETCH**2 < total < np.inf:
         return none
     faces, saved = find_tips(piece.F, len(piece.V), changed, TIP_AREA_SHARE)
-    if not saved.sum() / (np.sqrt(total) + 1) >= MIN_TIP_GAIN:  # the gain is too small even for free seams
+    if not saved.sum() / (np.sqrt(total) + 1) >= MIN_TIP_GAIN:  # not worth it, even if seams cost nothing
         return none
     leaves = np.where(piece.topology.interior[piece.F[faces]], piece.F[faces], -1).max(axis=1)
     is_inside, closed, unit = (
@@ -91,7 +91,7 @@ def find_seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: Fl
         size * trade,
     )
     holes, nodes = np.arange(closed.graph.n_holes), closed.node[leaves[is_inside]]
-    # ignore seams whose price exceeds the stretch beyond 1 of the whole map
+    # no seam is worth more than the L2 stretch of the whole map minus 1
     distance, before, _ = closed.graph.shortest_paths(holes, limit=(np.sqrt(total) - 1) * unit)
     chosen, gain = choose_worthwhile_seams(distance[nodes] / unit, saved[is_inside], total)
     if gain < MIN_TIP_GAIN:
