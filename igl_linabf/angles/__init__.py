@@ -1,6 +1,6 @@
-"""Angles of a flat mesh from the angles of a surface (sections 4 and 6 of the paper).
+"""Compute the angles of a flat mesh from the angles of a surface (sections 4 and 6 of the paper).
 
-Input: a checked mesh and its angles. Output: target angles, steps, and residuals (eq. 5-16). Linear ABF
+Takes a checked mesh and its angles. Returns target angles, steps, and residuals (eq. 5-16). Linear ABF
 follows Zayer, Levy, Seidel 2007. Converged ABF solves the problem of Sheffer and de Sturler 2001 by steps of
 the same kind.
 """

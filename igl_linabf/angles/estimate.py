@@ -1,4 +1,4 @@
-"""The angles of the surface, and the initial estimate of the paper (section 4.2)."""
+"""Compute the angles of the surface, and the initial estimate of flat angles (section 4.2 of the paper)."""
 
 import numpy as np
 
@@ -77,5 +77,5 @@ def rescale_triangles(
     `length`, (3, #F), are the sides before scaling, and `log_scale`, (#V,), is u. Also return a mask of the
     triangles whose scaled sides violate the triangle inequality. Their angles are meaningless.
     """
-    # up to a common factor of the triangle, each side is scaled by exp(-u / 2) of its opposite vertex
+    # scale each side by exp(-u / 2) at the opposite vertex: this differs by one factor per triangle
     return _core.rescaled_angles(topology.corner, length, np.exp(-log_scale / 2))

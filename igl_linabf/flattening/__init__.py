@@ -1,6 +1,6 @@
 """Flatten a disk, with or without holes.
 
-Input: V, F, a method and pins. Output: uv, or a `Flattening` with angles, residuals, attempts and outcome.
+Takes V, F, a method and pins. Returns uv, or a `Flattening` with angles, residuals, attempts and outcome.
 Linear ABF follows Zayer, Levy, Seidel 2007. ABF, LSCM, SCP, DNCP and one step of ABF++ are available for
 comparison.
 """

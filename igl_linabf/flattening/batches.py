@@ -1,4 +1,4 @@
-"""Flattening of many disks with a single linear system, by linear ABF or to isometric maps."""
+"""Flatten many disks with a single linear system, by linear ABF or to isometric maps."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -94,7 +94,7 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
         z = normalize_maps(z, topology.corner, scale, disks.area, vertices.start, faces.start)
         scale /= disks.double_area
     good = stepped.good & ~faces.any(~(areas > 0)) & (boundary.gaps <= MAX_BOUNDARY_GAP)
-    good[np.searchsorted(faces.start, caps, side="right") - 1] = False  # `flatten` warns of caps
+    good[np.searchsorted(faces.start, caps, side="right") - 1] = False  # let `flatten` warn of caps
     return LinearBatch(
         disks=disks,
         stepped=stepped,

@@ -1,4 +1,4 @@
-"""The shape of the boundary of a map: free, circles, a rectangle, or prescribed angles."""
+"""Resolve the shape of the boundary of a map: free, circles, a rectangle, or prescribed angles."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ from .constants import BOUNDARY_TOL
 
 BoundaryName = Literal["free", "circle", "circles", "rectangle"]
 
-CORNER_WINDOW = 0.02  # half width of the window of a corner, relative to the boundary length
+CORNER_WINDOW = 0.02  # turning at a corner is summed over this share of the boundary on each side
 
 SPLIT_CHORDS_HINT = "igl_linabf.surface.split_chords(V, F) splits these edges at their midpoints"
 
@@ -149,7 +149,7 @@ def _four_corners(mesh: Mesh) -> IntArray:
         chosen.append(i)
         near = np.abs((arc - arc[i] + total / 2) % total - total / 2) <= CORNER_WINDOW * total
         if np.count_nonzero(open_ & ~near) < left - 1:
-            near = np.arange(len(rim)) == i  # too few vertices remain for the other corners
+            near = np.arange(len(rim)) == i  # else too few vertices remain for further corners
         open_ &= ~near
     chosen = sorted(chosen)
     sides = np.diff(arc[chosen], append=arc[chosen[0]] + total)
@@ -215,7 +215,7 @@ def _check_gauss_bonnet(mesh: Mesh, shape: Shape, faces: IntArray) -> None:
 
 
 def _chords_without_area(topology: Topology, sums: FloatArray) -> Iterator[tuple[int, int]]:
-    """Yield the chords of the outer loop whose cut-off part has a nonpositive angle at the chord."""
+    """Yield the chords of the outer loop that cut off a part with a nonpositive angle at the chord."""
     rim = topology.loops[0]
     place = np.full(topology.n, -1)
     place[rim] = np.arange(len(rim))

@@ -1,4 +1,4 @@
-"""Comparison of methods on a mesh: distortion, flips, and time relative to igl.lscm."""
+"""Compare methods on a mesh by distortion, flips, and time relative to igl.lscm."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Repeated flattening of the same triangles with moving vertices."""
+"""Flatten the same triangles repeatedly, with moving vertices."""
 
 from __future__ import annotations
 

@@ -59,10 +59,10 @@ elif TYPE_CHECKING:
 
 Fit = Literal["area", "lengths"]
 
-FIT_SOURCES = 250  # number of source vertices of distances for fit="lengths"
-MIN_UP_LENGTH = 0.01  # minimum length of the mean image of the unit direction `up` to turn the map
+FIT_SOURCES = 250  # number of vertices from which distances are measured for fit="lengths"
+MIN_UP_LENGTH = 0.01  # turn the map if the mean image of the unit direction `up` is at least this long
 MIRRORED_SHARE = 0.9  # pins are mirrored if at least this share of their triangles is reversed
-MOST_PINNED_TRIANGLES = 2000  # number of random triangles of pins for the orientation check
+MOST_PINNED_TRIANGLES = 2000  # check the orientation of at most this many random triangles of pins
 
 
 @takes_vertices_and_faces
@@ -358,7 +358,7 @@ def linabf_angles(
     """
     method = LinABF(iterations, "auto", rtol, tol, threshold, safeguard, guarantee, solver)
     result = flatten(V, F, method=method, outer=outer)
-    # angles do not overlap
+    # overlaps of the map are irrelevant, because only angles are returned
     return (result if result.outcome is Outcome.OVERLAPPING else _warn_if_bad(result)).angles
 
 
@@ -501,7 +501,7 @@ def flatten(
 
 
 def _restore_given_vertices(made: Flattening, disk: RepairedDisk, placed: bool) -> Flattening:
-    """Return a result for the given vertices of a repaired disk. If `placed`, pins determine the scale."""
+    """Convert a result of a repaired disk to the original vertices. If `placed`, pins determine the scale."""
     origin, used = disk.cleaned.origin, disk.row >= 0
     uv = np.full((len(disk.row), 2), np.nan)
     uv[used] = np.ldexp(made.uv[disk.row[used]], 0 if placed else -disk.cleaned.power)

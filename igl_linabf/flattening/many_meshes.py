@@ -1,4 +1,4 @@
-"""Flattening of many meshes: small disks share a linear system, all other meshes are flattened one by one."""
+"""Flatten many meshes: small disks share a linear system, all other meshes are flattened one by one."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from .result import (
 )
 
 MAX_SHARED_FACES = 10_000  # maximum number of triangles of a mesh in a shared linear system
-FACES_PER_SYSTEM = 4 * MAX_SHARED_FACES  # minimum number of triangles of a full shared system
+FACES_PER_SYSTEM = 4 * MAX_SHARED_FACES  # a shared linear system is full from this number of triangles
 
 Arrays = tuple[FloatArray, IntArray]
 

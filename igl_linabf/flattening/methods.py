@@ -40,7 +40,7 @@ Iterations = int | Literal["auto"]
 
 AREA_WEIGHT = 1.5  # default exponent of the area term of the isometric energy; minimises the L2 stretch
 MAX_AREA_WEIGHT = 8.0
-ISOMETRIC_TOL = 1e-3  # default tolerance: relative decrease of the energy by further steps
+ISOMETRIC_TOL = 1e-3  # default of `tol`: stop if further steps would save less than this share of the energy
 LARGEST_FOR_ABF = 20_000  # maximum number of triangles for converged ABF as a fallback
 
 STAGES = ("estimate", "layout", "assembly", "analysis", "factor", "solve")
@@ -235,7 +235,7 @@ class Isometric(Method):
             results = run_stages(problem, [*_default_stages(None, TOL), injective_map])
             made = isometric_map(problem, results, self.weight, self.tol, pinned)
             if made is not None:
-                # the earlier maps ignore the pins
+                # earlier stages ignore the pins
                 results = (made,) if pinned is not None else (*results, made)
             return build_result(problem, self.name, results, seconds)
 

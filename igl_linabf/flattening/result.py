@@ -14,7 +14,7 @@ from ..angles import Residual, Step, largest_magnitude
 from ..errors import some
 from ..surface import HOPELESS_AREA_RATIO, SAFE_AREA_RATIO, Mesh, Repair
 
-MAX_COUNTED = 1000  # number of overlapping pairs that are counted before the outcome is known
+MAX_COUNTED = 1000  # maximum number of overlapping pairs that are counted for the outcome
 NO_INDICES: IntArray = np.empty(0, dtype=np.int64)
 Guarantee = Literal["injective"]
 StageName = Literal["linear step", "active set", "converged abf", "feasible abf", "injective", "isometric"]

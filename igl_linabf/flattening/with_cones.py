@@ -1,4 +1,4 @@
-"""Surfaces with cones: their angles are found on the uncut surface, and laid out on the cut surface."""
+"""Flatten surfaces with cones: find the angles on the uncut surface, and lay them out on the cut surface."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -52,7 +52,7 @@ from .methods import ABF, STAGES, LinABF, Method
 from .result import Flattening
 
 LARGEST_SCALED_ANGLE = 2.0  # maximum angle of a conformally scaled triangle, in radians
-LARGEST_WIDENING = 0.2  # allowed increase of the largest angle by scaling, in radians
+LARGEST_WIDENING = 0.2  # maximum increase of a triangle's largest angle by scaling, in radians
 MAX_STEPS_TO_SEAMS = 3  # maximum number of steps after converged ABF to make both sides of seams match
 
 

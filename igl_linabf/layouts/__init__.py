@@ -1,6 +1,6 @@
-"""From target angles to a flat map.
+"""Lay out a flat map from target angles.
 
-Input: the topology of a disk and its target angles. Output: complex positions of its vertices. References:
+Takes the topology of a disk and its target angles. Returns complex positions of the vertices. References:
 Zayer, Levy, Seidel 2007, section 5; Tutte 1963 and Floater 2003 (embeddings); Rabinovich et al. 2017 (SLIM);
 Degener, Meseth, Klein 2003 and Smith, De Goes, Kim 2019 (the isometric energy and its convex part).
 """

@@ -1,4 +1,4 @@
-"""The boundary layout: the boundary loop is laid out from its angles, and both coordinates are harmonic."""
+"""Lay out the boundary loop from its angles; in the interior, both coordinates are harmonic."""
 
 from dataclasses import dataclass
 

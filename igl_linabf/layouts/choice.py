@@ -1,4 +1,4 @@
-"""The choice of the layout method, and the placement of the map that it computes."""
+"""Choose the layout method, and place the map that it computes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from .greedy import lay_out_greedily
 
 LayoutName = Literal["auto", "boundary", "least-squares", "greedy"]
 
-MAX_BOUNDARY_GAP = 2.5e-3  # maximum closure error of the boundary, relative to its length, for "auto"
+MAX_BOUNDARY_GAP = 2.5e-3  # "auto" lays out the boundary up to this closure error, relative to its length
 
 
 def place_map(topology: Topology, z: ComplexArray, area: float, pinned: Pins | None) -> ComplexArray:

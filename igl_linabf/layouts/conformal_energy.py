@@ -1,4 +1,4 @@
-"""The least-squares layout: the conformal energy of triangles with the target angles (section 5)."""
+"""Compute the least-squares layout: the least conformal energy from the target angles (section 5)."""
 
 import numpy as np
 

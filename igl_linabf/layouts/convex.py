@@ -1,4 +1,4 @@
-"""Convex-combination maps, which have no flips if the boundary is convex (Tutte 1963, Floater 2003)."""
+"""Compute convex-combination maps, without flips if the boundary is convex (Tutte 1963, Floater 2003)."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""The greedy layout: one triangle after another, over a breadth-first tree (section 5)."""
+"""Compute the greedy layout: one triangle after another, over a breadth-first tree (section 5)."""
 
 import numpy as np
 from scipy import sparse
@@ -11,7 +11,7 @@ def lay_out_greedily(topology: Topology, alpha: FloatArray) -> ComplexArray:
     """Place one triangle after another over a breadth-first tree (section 5); errors accumulate.
 
     The seed is the triangle with the largest smallest angle. Among paths with the same number of triangles,
-    the tree prefers the path across smaller opposite angles, so that the result does not depend on the
+    the tree prefers the path across smaller opposite angles. Therefore the result does not depend on the
     numbering.
     """
     m = alpha.shape[1]

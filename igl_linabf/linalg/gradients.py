@@ -5,7 +5,7 @@ import numpy as np
 from .._core import block_dots, cg_step, update_cg_direction
 from .._types import BoolArray, FloatArray, IntArray, Solve
 
-MAX_CG_STEPS = 300  # give up conjugate gradients, and factor the matrix instead
+MAX_CG_STEPS = 300  # after this many steps, give up conjugate gradients and factor the matrix
 
 
 def conjugate_gradients(

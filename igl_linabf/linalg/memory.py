@@ -1,4 +1,4 @@
-"""Estimates of the memory that a computation needs, and the amount of free memory."""
+"""Estimate the memory that a computation needs, and query the free memory."""
 
 import math
 import sys
@@ -10,7 +10,7 @@ from ..errors import MemoryLimitError
 
 BYTES_PER_FACE = 1000  # peak memory per face of a map without factors, see benchmarks/memory.py
 BYTES_PER_HOLE_AND_ROW = 60  # peak memory of the dense Schur columns of an uncut hole, per vertex constraint
-FILL = 4.5  # entries of the factor of a planar n by n Laplacian, over n log2(n); see benchmarks/memory.py
+FILL = 4.5  # entries of the factor of a planar n by n Laplacian / (n log2(n)), see benchmarks/memory.py
 MIN_QUERIED_BYTES = 2**25  # query the free memory only for larger allocations
 
 

@@ -1,4 +1,4 @@
-"""Choice of the factorization: the core's by default, or CHOLMOD on request."""
+"""Choose the Cholesky factorization: the core's by default, or CHOLMOD on request."""
 
 from __future__ import annotations
 

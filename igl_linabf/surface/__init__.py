@@ -1,4 +1,4 @@
-"""Validated surfaces: the caller's arrays with their connectivity and areas.
+"""Represent validated surfaces: the input arrays with their connectivity and areas.
 
 A `Submesh` is any surface or a part of one; a `Mesh` is a single disk with or without holes. Both provide
 their `Topology`, components and areas. `clean` turns an arbitrary set of triangles into such a surface.

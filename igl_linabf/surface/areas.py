@@ -1,4 +1,4 @@
-"""Areas of faces in space, and the scalar products of their sides for the cotangents of angles."""
+"""Compute areas of faces in space, and the scalar products of their sides for cotangents."""
 
 import numpy as np
 
@@ -39,7 +39,8 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
 def find_faces_without_area(V: FloatArray, F: IntArray, times: float = 1.0) -> IntArray:
     """Return the faces whose area is at most `times` the rounding error of an area.
 
-    With `times` 1 they are the faces that `measure` rejects. The coordinates must be within its range.
+    With `times` = 1, these are the faces that `measure` rejects. Coordinates must be in the range that
+    `measure` accepts.
     """
     if not len(F):
         return np.zeros(0, dtype=np.int64)

@@ -1,4 +1,4 @@
-"""Validation of the caller's arrays, and their conversion to canonical dtypes and shapes."""
+"""Validate input arrays, and convert them to canonical dtypes and shapes."""
 
 from typing import TypeGuard
 
@@ -113,7 +113,7 @@ def check_finite(V: FloatArray, vertices: IntArray, name: str = "V") -> None:
 def shape_is_pinned(pinned: Pins | None) -> TypeGuard[Pins]:
     """Return True if pins constrain the shape of a map.
 
-    Two pins can always be satisfied by a similarity transform of the map, three or more pins in general not.
+    A similarity transform can always satisfy two pins, but in general not three or more pins.
     """
     return pinned is not None and len(pinned[0]) > 2
 
@@ -121,8 +121,8 @@ def shape_is_pinned(pinned: Pins | None) -> TypeGuard[Pins]:
 def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given: int) -> Pins | None:
     """Check pins in the form that `igl.lscm` takes: two or more vertices `b` and their positions `bc`.
 
-    `vertices` are the vertices in use among the caller's `n_given`. `b` contains the caller's indices; the
-    returned indices are positions in `vertices`.
+    `vertices` are the vertices in use among the `n_given` input vertices. `b` has input indices; the returned
+    indices are positions in `vertices`.
 
     Raises
     ------

@@ -4,4 +4,4 @@
 LARGEST_COORDINATE = 1e60
 SMALLEST_COORDINATE = 1e-60
 
-LARGEST_SEARCHED_POLYGON = 200  # largest polygon with an optimal O(k^3) triangulation; others: ear clipping
+LARGEST_SEARCHED_POLYGON = 200  # polygons with more corners are triangulated by ear clipping, not in O(k^3)

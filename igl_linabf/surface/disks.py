@@ -1,4 +1,4 @@
-"""Batches of disks: many small meshes concatenated into one, which is checked and measured at once."""
+"""Concatenate many small disks into one mesh, which is checked and measured at once."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -67,7 +67,7 @@ def sound_disks(meshes: Sequence[Arrays]) -> tuple[Disks | None, IntArray]:
 
 
 def _concatenate_disks(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
-    """Concatenate the meshes if all are valid disks, otherwise return None; also mark the possible disks."""
+    """Concatenate the meshes if all are disks, otherwise return None; also mark meshes that may be disks."""
     vertices = Ragged.of_sizes([len(V) for V, _ in meshes])
     faces = Ragged.of_sizes([len(F) for _, F in meshes])
     F = np.concatenate([F for _, F in meshes])
@@ -96,7 +96,7 @@ def _concatenate_disks(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
 
 
 def _build_topology(corner: IntArray, vertices: Ragged, faces: Ragged) -> tuple[Topology | None, BoolArray]:
-    """Build the connectivity if all meshes are disks, otherwise return None; also mark the possible disks."""
+    """Build the connectivity if all meshes are disks, or return None; also mark the possible disks."""
     n, m = int(vertices.start[-1]), corner.shape[1]
     edges, sides, sound = find_edges(corner, n)
     of_edge = Ragged(np.searchsorted(np.minimum(*edges.T), vertices.start))  # edges are sorted by lower end

@@ -7,17 +7,17 @@ from .._types import FloatArray, IntArray
 from ..linalg import Solvers
 from .topology import Topology
 
-ROUNDING = 1e-9  # relative tolerance of a loop's length, which is at least twice its extent
-MIN_LEAD = np.pi  # minimum difference of total turning, radians, that decides between loops
+ROUNDING = 1e-9  # relative tolerance when lengths of loops are compared with extents
+MIN_LEAD = np.pi  # loops whose total turnings differ by less than this, radians, are compared by length
 MIN_WEIGHT, MAX_WEIGHT = 1e-6, 1e6  # edge weights are clipped to this range to keep the matrix definite
 
 
 def find_outer_loop(V: FloatArray, topology: Topology, double_area: FloatArray, dot: FloatArray) -> int:
-    """Return the index of the outer loop of a planar surface; see `Mesh` for its areas and products.
+    """Return the index of the outer loop of a planar surface, with areas and products as in `Mesh`.
 
-    A loop that encloses all other loops is more than twice as long as the extent of each. If several loops
-    are long enough, the outer loop is the one with the largest total turning. On a flat surface, the turning
-    of the outer loop is 2 pi, and that of a hole is -2 pi.
+    The loop that encloses all other loops is more than twice as long as the extent of any of them. If several
+    loops are long enough, the outer loop is the loop with the largest total turning. On a flat surface, the
+    turning of the outer loop is 2 pi, and the turning of a hole is -2 pi.
     """
     if len(topology.loops) == 1:
         return 0
@@ -41,7 +41,7 @@ def find_outer_loop_of_angles(topology: Topology, alpha: FloatArray) -> int:
 
 
 def _choose_by_turning(turning: FloatArray, length: FloatArray | IntArray) -> int:
-    """Return the index of the longest loop, of all loops with turning within `MIN_LEAD` of the largest."""
+    """Return the index of the longest loop among those whose turning is within `MIN_LEAD` of the largest."""
     return int(np.argmax(np.where(turning > turning.max() - MIN_LEAD, length, -1)))
 
 

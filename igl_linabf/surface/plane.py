@@ -1,4 +1,4 @@
-"""Plane geometry of flat maps: areas, angles, scale, and similarity transforms."""
+"""Compute areas, angles and scales of flat maps, and transform maps by similarities."""
 
 import numpy as np
 from numpy.typing import ArrayLike

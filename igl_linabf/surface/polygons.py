@@ -37,7 +37,7 @@ class Polygons:
 
     @classmethod
     def of(cls, F: ArrayLike) -> Polygons:
-        """Convert the caller's faces: an array (#F, k), or a list of lists of different lengths.
+        """Convert input faces: an array (#F, k), or a list of lists of different lengths.
 
         Raises
         ------
@@ -104,7 +104,7 @@ class Polygons:
         return tuple(np.split(values, self.starts[1:])) if len(self) else values.reshape(0, 3)
 
     def texture_of(self, FTC: ArrayLike) -> Polygons:
-        """Convert the caller's `FTC`, the rows of texture coordinates at the corners.
+        """Convert the input `FTC`, the rows of texture coordinates at the corners of polygons.
 
         Raises
         ------

@@ -81,7 +81,7 @@ class Ragged:
     def cumsum(self, values: Array) -> Array:
         """Return the cumulative sums of each row."""
         made = np.empty_like(values)
-        # rows of similar length are summed in one table; a single sum over all rows would spread rounding
+        # sum rows of similar length in one table; one sum over all rows would carry rounding errors across
         width = np.ceil(np.log2(np.maximum(self.sizes, 1))).astype(np.int64)
         for w in np.unique(width):
             chosen = np.flatnonzero((width == w) & (self.sizes > 0))

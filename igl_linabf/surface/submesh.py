@@ -1,4 +1,4 @@
-"""A validated surface, and the parts into which cuts divide it."""
+"""Represent a validated surface, and cut it into parts."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .topology import (
 
 @dataclass(frozen=True, eq=False)
 class Submesh:
-    """Some faces of the caller's mesh, with their own vertex numbering; every vertex has a face.
+    """Some faces of the input mesh, with their own vertex numbering. Every vertex has a face.
 
     Attributes
     ----------
@@ -33,11 +33,11 @@ class Submesh:
         Positions, all finite.
     F : (#F, 3) int64
     faces : (#F,) int64
-        The rows of these faces in the caller's F, ascending.
+        The rows of these faces in the input F, ascending.
     vertices : (#V,) int64
-        The caller's index of each vertex; the copies of a vertex on a cut have the same index.
+        The input index of each vertex; the copies of a vertex on a cut have the same index.
     n_given : int
-        Number of vertices of the caller's mesh.
+        Number of vertices of the input mesh.
     inner : (#F, 3) bool, optional
         Mask of the sides, from corner k to k + 1, that are diagonals of polygons. Seams avoid them.
     """
@@ -83,7 +83,7 @@ class Submesh:
         return self
 
     def checked_map(self, uv: ArrayLike) -> FloatArray:
-        """Check a flat map of the caller's vertices, and return its rows for the vertices of this surface."""
+        """Check a flat map of the input vertices, and return its rows for the vertices of this surface."""
         map_ = map_array(uv, self.n_given)[self.vertices]
         check_finite(map_, self.vertices, "uv")
         return map_
@@ -109,7 +109,7 @@ class Submesh:
         inside = self.topology.inside
         if self.inner is None:
             return inside
-        inner = self.inner[:, NEXT].T.ravel()  # half-edge (k, t) is side k + 1 of triangle t
+        inner = self.inner[:, NEXT].T.ravel()  # half-edge k of a face starts at corner k + 1
         return inside[~inner[self.topology.sides[:, inside]].all(axis=0)]
 
     @cached_property
@@ -184,7 +184,7 @@ class Submesh:
         return None if self.inner is None else self.inner[rows]
 
     def cut_along(self, edges: IntArray) -> list[Submesh]:
-        """Cut along edges (#E, 2), given by the caller's vertices, and return the components."""
+        """Cut along edges (#E, 2), given as pairs of input vertices, and return the components."""
         return self.cut(mark_sides(edges, self.vertices[self.F], self.n_given))
 
     def cut_at(self, rows: IntArray) -> list[Submesh]:
@@ -194,11 +194,11 @@ class Submesh:
     def _sides_of(self, rows: IntArray) -> BoolArray:
         corner, face = np.divmod(self.topology.sides[:, rows], len(self.F))
         sides = np.zeros(self.F.shape, dtype=bool)
-        sides[face, np.array(NEXT)[corner]] = True  # half-edge (k, t) is side k + 1 of triangle t
+        sides[face, np.array(NEXT)[corner]] = True  # half-edge k of a face starts at corner k + 1
         return sides
 
     def scatter(self, values: FloatArray) -> FloatArray:
-        """Return values for the caller's vertices, with NaN for vertices that are not in this surface."""
+        """Return values for all input vertices, with NaN for vertices that are not in this surface."""
         return scatter(values, self.vertices, self.n_given)
 
 
@@ -208,7 +208,7 @@ def cut_faces(F: IntArray, n: int, sides: IntArray, seams: BoolArray) -> tuple[I
     `sides` are the half-edges of each edge, see `Topology`. The numbering of vertices equals that of
     `igl.cut_mesh`, which takes at least a millisecond for any mesh. Each fan of faces around a vertex becomes
     a copy of the vertex. The original index goes to the fan that does not begin at a marked side, or to the
-    last fan if all of them do.
+    last fan if all fans begin at marked sides.
     """
     m, flat = len(F), F.ravel()
     begins = np.flatnonzero(seams)  # the first corner of each fan

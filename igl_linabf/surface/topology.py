@@ -1,4 +1,4 @@
-"""Connectivity of a triangle mesh: half-edges, boundary loops and components."""
+"""Compute the connectivity of a triangle mesh: half-edges, boundary loops and components."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class Topology:
         return loops > 0 and self.characteristic == 2 - loops and is_connected(self.sides, n_faces)
 
     def once(self, name: str, make: Callable[[], T]) -> T:
-        """Return `make()`, which depends on the connectivity only; a `KeptTopology` caches it by `name`."""
+        """Return `make()`, which depends on the connectivity only; a `KeptTopology` caches it as `name`."""
         return make()
 
     def sum_at_vertices(self, values: FloatArray) -> FloatArray:

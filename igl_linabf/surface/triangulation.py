@@ -1,4 +1,4 @@
-"""Triangulation of polygons in space without additional vertices.
+"""Triangulate polygons in space without additional vertices.
 
 Every corner belongs to a triangle, even if the corner lies on a straight side, because a neighbouring polygon
 may use it. Ear clippers of other packages drop such corners. If all triangles have the orientation of their
@@ -12,7 +12,7 @@ from .._types import BoolArray, FloatArray, IntArray
 from .constants import LARGEST_SEARCHED_POLYGON
 
 SEARCH_BATCH = 4_000_000  # maximum number of elements (32 MB) of an array in the optimal triangulation
-NEGLIGIBLE_POLYGON_AREA = 1e-12  # double area that counts as 0, relative to the squared longest diagonal
+NEGLIGIBLE_POLYGON_AREA = 1e-12  # smaller double areas, over the squared longest diagonal, count as 0
 
 # Costs of triangles with defects; all other triangles cost the sum of their cotangents.
 COST_WITHOUT_AREA = 1e6
@@ -151,7 +151,7 @@ def _clip_ears(polygon: FloatArray) -> IntArray:
             if stuck or not _contains_corner(flat, before[ear], ear, after[ear], remaining):
                 break
             blocked[ear] = True
-        if stuck:  # the polygon crosses itself: clip the ear of least cost
+        if stuck:  # the polygon crosses itself: clip the cheapest ear
             ear = int(np.argmin(np.where(remaining, cost, np.inf)))
         i, j = before[ear], after[ear]
         made[t] = i, ear, j

@@ -1,6 +1,6 @@
-"""Steps from the initial estimate to the angles of a flat mesh.
+"""Take steps from the initial estimate to the angles of a flat mesh.
 
-Input: an `AngleProblem`. Output: a `State` with angles, residuals and steps. The modules provide the linear
+Takes an `AngleProblem`. Returns a `State` with angles, residuals and steps. The modules provide the linear
 step, the active set (section 6), converged ABF, and steps to prescribed angle sums.
 """
 

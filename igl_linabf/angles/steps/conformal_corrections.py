@@ -1,4 +1,4 @@
-"""Steps of linear ABF that are followed by corrections in the conformal metric, each a single solve."""
+"""Take steps of linear ABF, followed by corrections in the conformal metric, which take one solve each."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ def iterate_with_corrections(
 ) -> State:
     """Take active-set steps, followed by conformal corrections, until the residual is at most `tol`.
 
-    A step reduces the residual to about its square. Therefore, each system is solved to a relative residual
-    about as small as the current residual, and at most `largest`. Small residuals are corrected in the
-    conformal metric, unless `rtol`, the relative residual of all steps, is given. Residuals along closed
-    paths spread over all triangles, and conjugate gradients reduce such smooth residuals slowly. Therefore,
-    corrections close the paths, and steps close the paths only if corrections fail.
+    After a step, the residual is about the square of the previous residual. Therefore, each system is solved
+    to a relative residual about as small as the current residual, and at most `largest`. Small residuals are
+    corrected in the conformal metric, unless `rtol`, the relative residual of all steps, is given. Residuals
+    along closed paths spread over all triangles, and conjugate gradients reduce such smooth residuals slowly.
+    Therefore, corrections close the paths, and steps close the paths only if corrections fail.
     """
     paths, turned = state.problem.constraints.paths, _has_prescribed_turning(state)
     for _ in range(most):
@@ -63,15 +63,15 @@ def is_diverging(state: State) -> bool:
 
 
 def _has_prescribed_turning(state: State) -> bool:
-    """Return True if the turning of some path is prescribed."""
+    """Return True if the turning of any closed path is prescribed."""
     return any(not np.isnan(path.turning) for path in state.problem.constraints.paths)
 
 
 def step_with_known_factor(state: State, rtol: float, *, close: bool = False) -> State:
-    """Take a step with the factor of an earlier step; compute a new factor after the first or a limited step.
+    """Take a step with the factor of an earlier step.
 
-    With `close`, the step also closes the paths. If turnings are prescribed, each step on a large surface
-    searches for slivers again.
+    A new factor is computed after the first step and after limited steps. With `close`, the step also closes
+    the paths. If turnings are prescribed, each step on a large surface searches for slivers again.
     """
     turned = _has_prescribed_turning(state)
     last = state.steps[-1] if state.steps else None
@@ -110,7 +110,7 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
     state : State
         A state after at least one step.
     tol : float
-        Largest residual to reach.
+        Corrections end at this residual.
     below : float
         Corrections begin if the residual is smaller.
     """

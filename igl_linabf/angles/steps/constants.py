@@ -1,5 +1,5 @@
 """Constants that several modules of steps share."""
 
 ROUGH_RTOL = 0.1  # relative residual of conjugate gradients in a step that is followed by other steps
-CORRECTABLE = 0.12  # start conformal corrections if the residual is smaller
-CORRECTABLE_PRESCRIBED = 0.25  # value of CORRECTABLE if angle sums or turnings are prescribed
+CORRECTABLE = 0.12  # conformal corrections start below this residual
+CORRECTABLE_PRESCRIBED = 0.25  # replaces CORRECTABLE if angle sums or turnings are prescribed

@@ -1,4 +1,4 @@
-"""Holonomy angles: the predicted turning of closed paths, and the cost of changing it."""
+"""Predict holonomy angles, which are the turnings of closed paths, and the cost of changing them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..system import ClosedPath, HolonomyConstraints, System
 from .iterates import AngleProblem, Iterate
 from .linearisation import Linearisation
 
-HOLONOMY_ROUNDING = 1e-10  # relative rounding error of the entries of a dense matrix
+HOLONOMY_ROUNDING = 1e-10  # lower bound of eigenvalues, relative to the largest matrix entry
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class HolonomyAngles:
     Attributes
     ----------
     angle : (#paths,) float64
-        Radians.
+        The predicted turning of each path, radians.
     by_vertex : (#C, #paths) float64
         Derivative of the turning with respect to the angle sums of some vertices.
     cost : (#paths, #paths) float64
@@ -44,7 +44,7 @@ class HolonomyAngles:
     def predict(
         cls, problem: AngleProblem, vertices: IntArray, surface: FloatArray, known: Linearisation | None
     ) -> tuple[HolonomyAngles, Linearisation]:
-        """Predict the turnings at the angles of the surface, (3, #F).
+        """Predict the turnings of closed paths, given the angles of the surface, (3, #F).
 
         Also return a system whose factor can precondition the first step. If `known`, a system at the same
         angles, has a factor, it is reused.
@@ -74,7 +74,7 @@ class HolonomyAngles:
             change = columns.transposed_times(np.column_stack((b.vertex, b.wheel)).ravel())
             gap = holonomy.rows.gap(b.holonomy, b.vertex) + change
             scale, turn = slice(0, None, 2), slice(1, None, 2)
-            # change of scale per change of turning
+            # how much the scale along paths changes with the turning
             closed = np.linalg.solve(schur[scale, scale], schur[scale, turn])
             size, axes = np.linalg.eigh(schur[turn, turn] - schur[turn, scale] @ closed)
             norm = (axes / np.maximum(size, HOLONOMY_ROUNDING * np.abs(schur).max())) @ axes.T
@@ -86,7 +86,7 @@ class HolonomyAngles:
 
     @classmethod
     def measure(cls, at: Iterate, paths: Sequence[ClosedPath], vertices: IntArray) -> HolonomyAngles:
-        """Measure the turnings at angles that nearly satisfy the constraints, without derivatives."""
+        """Measure the turnings of closed paths at angles that nearly satisfy the constraints."""
         alpha, number = at.alpha.ravel(), len(paths)
         turned = np.array([path.size * np.pi - alpha[path.corner].sum() for path in paths])
         return cls(turned, np.zeros((len(vertices), number)), np.eye(number))

@@ -1,4 +1,4 @@
-"""The problem of finding angles of a flat mesh, its iterates, and the steps between iterates."""
+"""Define the problem of finding the angles of a flat mesh, its iterates, and the steps between iterates."""
 
 from __future__ import annotations
 
@@ -56,7 +56,8 @@ class AngleProblem:
         Whether the step of each triangle is limited so that its angles stay positive; False is the unmodified
         scheme of the paper.
     side_by_side : DiskBlocks or None
-        Several disks; each disk has its own steps, and its own last iteration of the linear solver.
+        The disks, if there are several. Each disk has its own steps, and its own number of iterations of the
+        linear solver.
     """
 
     constraints: Constraints

@@ -1,4 +1,4 @@
-"""Sequences of steps: the linear step with its chord, and the active set of the paper (section 6)."""
+"""Take sequences of steps: the linear step with its chord, and the active set of the paper (section 6)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class State:
     steps : tuple of Step
         All linear solves in order.
     lin : Linearisation or None
-        The last system; the next system reuses its analyses.
+        The last linear system, whose symbolic analyses the next system reuses.
     """
 
     problem: AngleProblem
@@ -39,11 +39,11 @@ class State:
         return "none" if self.lin is None else self.lin.how
 
     def without_factors(self) -> State:
-        """Return the state without factors, which take most of the memory, but with all analyses."""
+        """Return the state without factors, which take most of the memory, but with all symbolic analyses."""
         return self if self.lin is None else replace(self, lin=replace(self.lin.without_matrix, inverse=None))
 
     def back_to_start(self) -> State:
-        """Return the state at the initial estimate, with all steps and analyses."""
+        """Return the state at the initial estimate, with all steps and symbolic analyses."""
         return replace(self, at=self.problem.start)
 
     def take_step(self, direction: Direction, kind: Kind) -> State:

@@ -111,7 +111,7 @@ class Linearisation:
         topology, n = self.problem.constraints.topology, 2 * self.problem.constraints.n
         at_vertices = self.system.at_vertices(x[:n].reshape(-1, 2))
         of_sites = np.zeros((topology.n, 2)) if self.holonomy is None else self.holonomy.rows.at_sites(x[n:])
-        # `take` is much faster than indexing
+        # `np.take` is much faster than indexing
         at_corners = (at_vertices + of_sites[: topology.n]).T.take(topology.corner, axis=1)
         if self.holonomy is not None:
             flat, of_paths = at_corners.reshape(2, -1), of_sites[topology.n :]
@@ -168,7 +168,7 @@ def linearise(
     weights : (3, #F) float64, optional
         The weights w in sum e^2 / w; alpha^2 by default (eq. 11).
     reuse : Linearisation, optional
-        An earlier system whose analyses are reused.
+        An earlier system whose symbolic analyses are reused.
     close : {"all", "paths", "none"}
         The holonomy constraints to include: loops of holes and closed paths, paths only, or none.
     same_factor : bool
@@ -312,7 +312,7 @@ def solve(
                 (rhs, -lin.holonomy.rows.gap(b.holonomy, b.vertex) - lin.holonomy.rows.times(e0))
             )
         if start is not None:
-            start = np.append(start, np.zeros(len(rhs) - len(start)))  # new holonomy constraints
+            start = np.append(start, np.zeros(len(rhs) - len(start)))  # zeros for new holonomy constraints
             rhs -= lin.product(start)
         del e0  # free the memory for conjugate gradients
     with time_stage("solve"):
@@ -333,7 +333,7 @@ def _particular_errors(system: System, at: Iterate, gradient: FloatArray | None)
 
 
 def errors(lin: Linearisation, x: FloatArray, *, conformal: bool = False) -> FloatArray:
-    """Return the errors P M^T x of the multipliers x, or K M^T x in the `conformal` metric."""
+    """Return the angle errors P M^T x for the multipliers x, or K M^T x in the `conformal` metric."""
     system = lin.system
     n = 2 * system.constraints.n
     own = system.at_vertices(x[:n].reshape(-1, 2))

@@ -16,8 +16,8 @@ from .linearisation import Direction, linearise, solve
 # Constants of anchored steps
 ANCHORED_RTOL = 0.03  # relative residual of conjugate gradients in anchored steps
 SLOW_STEP = 0.7  # a step is slow if its change exceeds this share of the smallest change so far
-LEAST_ANCHORED_RTOL = 0.003  # minimum relative residual of conjugate gradients after slow steps
-NEARLY_LINEAR = 1.0  # solve slow steps more accurately if all relative changes of angles are smaller
+LEAST_ANCHORED_RTOL = 0.003  # lower bound to which slow steps reduce ANCHORED_RTOL
+NEARLY_LINEAR = 1.0  # relative change of an angle below which slow steps are solved more accurately
 MAX_ANCHORED_STEPS = 30  # maximum number of anchored steps; feasible steps may be twice as many
 MAX_SLOW_STEPS = 9  # maximum number of consecutive slow steps
 
@@ -28,11 +28,11 @@ HELD_WEIGHT = 1e-12  # weight of an angle that is fixed at its bound, relative t
 
 # Constants of feasible steps
 FEASIBLE_RTOL = 0.01  # relative residual of conjugate gradients in feasible and restoration steps
-LEAST_CURVATURE = 0.2  # minimum curvature along an angle, relative to the curvature of the objective
-MAX_RESTORING_STEPS = 4  # maximum number of updates of the fixed angles, and of restoration steps, per step
-NEGLIGIBLE_GAIN = 1e-4  # negligible relative decrease of the objective, as a multiple of the tolerance
-NEGLIGIBLE_CHANGE = 4.0  # negligible relative change of the angles, as a multiple of the tolerance
-MAX_FEASIBLE_WORK = 2e7  # maximum work: number of triangles times number of solves and inner steps
+LEAST_CURVATURE = 0.2  # minimum second derivative by an angle, relative to that of the objective
+MAX_RESTORING_STEPS = 4  # maximum number of restoration steps, and of updates of fixed angles, per step
+NEGLIGIBLE_GAIN = 1e-4  # relative decrease of the objective that is negligible, as a multiple of `tol`
+NEGLIGIBLE_CHANGE = 4.0  # relative change of the angles that is negligible, as a multiple of `tol`
+MAX_FEASIBLE_WORK = 2e7  # stop feasible steps at this work: triangles times (solves + inner steps)
 ROUNDING = 1e-13  # relative rounding error of the objective
 LEAST_STEP = 1e-7  # minimum step length of the line search, relative to the full step
 START_RESIDUAL = 1e-9  # maximum residual before the first feasible step
@@ -191,7 +191,7 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
         state, scale = _line_search(state, direction.e, inner_steps, held, min(1.0, 2 * scale))
         after = objective(state)
         gain = value - after
-        # the remaining gain, because gains decrease like a geometric series
+        # predict all further gains: successive gains decrease like a geometric series
         gain_left = gain**2 / (last - gain) if ROUNDING * value < gain < last else np.inf
         if gain_left <= max(NEGLIGIBLE_GAIN * tol, (NEGLIGIBLE_CHANGE * tol) ** 2) * value and last < np.inf:
             return AbfResult(state.without_factors(), True, held)
@@ -249,7 +249,7 @@ def _line_search(
     problem, start, before = state.problem, state.at, objective(state)
     anchor, alpha = problem.estimate, start.alpha
     slope = 2 * float((_gradient(state) * e).sum())
-    # a residual whose effect on the objective is smaller than the change of the objective
+    # a residual this small affects the objective less than the step does
     exact = max(1e-11, 1e-3 * min(float(np.abs(e / alpha).max()), 1e-3) ** 2)
     while scale >= LEAST_STEP:
         trial = np.maximum(alpha + scale * e, np.minimum(alpha, ANGLE_BOUND * anchor))

@@ -1,4 +1,4 @@
-"""Steps to angle sums that are prescribed at the boundary."""
+"""Take steps to angle sums that are prescribed at the boundary."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .constants import CORRECTABLE, CORRECTABLE_PRESCRIBED, ROUGH_RTOL
 from .iterations import State
 from .linearisation import linearise, solve
 
-CLOSED_LOOP_RESIDUAL = 0.3  # edge lengths around holes are meaningful if the residual is smaller
+CLOSED_LOOP_RESIDUAL = 0.3  # edge lengths around holes are meaningful below this residual
 MANY_INNER_STEPS = 30  # compute a new factor after a step with at least this many inner steps
 
 
@@ -21,7 +21,7 @@ def iterate_to_prescribed_sums(state: State, rtol: float, tol: float, most: int)
     on circles depend on the current edge lengths. Therefore, each step aims at the predicted sums.
     """
     constraints = state.problem.constraints
-    if len(constraints.circles) > 1:  # lengths around a hole mean nothing unless its loop closes
+    if len(constraints.circles) > 1:  # lengths around a hole require a loop that closes
         fixed = replace(state.problem, constraints=replace(constraints, circles=()))
         closed = iterate_to_prescribed_sums(
             State(fixed, fixed.at(state.at.alpha), state.steps),

@@ -1,7 +1,6 @@
-"""The equations of a step: the constraints, and the reduced system with its preconditioner.
+"""Set up the equations of a step: the constraints, and the reduced system with its preconditioner.
 
-Input: a topology and angles. Output: residuals (eq. 5-10), and the matrices of the systems for the
-multipliers.
+Takes a topology and angles. Returns residuals (eq. 5-10), and the matrices of the systems for multipliers.
 """
 
 from .circles import central_angles, inscribed_sums

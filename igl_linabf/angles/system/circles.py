@@ -24,7 +24,7 @@ def central_angles(log_ratio: FloatArray) -> FloatArray:
     side = np.exp(log_length - log_length.max())
     longest = int(np.argmax(side))
     others = np.delete(side, longest)
-    if others.sum() <= 1.0:  # no closed polygon has such sides; use angles proportional to the sides
+    if others.sum() <= 1.0:  # no closed polygon: use angles proportional to the sides
         return np.asarray(2 * np.pi * side / side.sum())
     root = scipy.optimize.brentq
     # a side s subtends the angle 2 arcsin(s x) at the centre, with x = 1 / 2R; the longest side is 1
@@ -32,7 +32,7 @@ def central_angles(log_ratio: FloatArray) -> FloatArray:
         x = root(lambda x: np.arcsin(side * x).sum() - np.pi, 0.0, 1.0, xtol=1e-16, rtol=1e-15)
         angle = 2 * np.arcsin(side * x)
     else:  # the centre lies beyond the longest side
-        # dividing by x removes the root at 0
+        # divide by x to remove the root at x = 0
         x = root(lambda x: (np.arcsin(others * x).sum() - np.arcsin(x)) / x, 1e-9, 1.0, rtol=1e-15)
         angle = 2 * np.arcsin(side * x)
         angle[longest] = 2 * np.pi - np.delete(angle, longest).sum()
@@ -73,4 +73,4 @@ def predict_change(log_ratio: FloatArray, turning: FloatArray, hole: bool) -> Fl
     wave = np.cumprod(np.broadcast_to(np.exp(1j * at), (len(k), len(at))), axis=0)
     gain = -1 / (k + 1) if hole else np.where(k > 1, 1 / np.maximum(k - 1, 1), 0.0)
     more = share * ((gain * (wave.conj() @ missing)) @ wave).real / np.pi
-    return np.asarray(more - share * (more.sum() / share.sum()))  # the total of the sums is constant
+    return np.asarray(more - share * (more.sum() / share.sum()))  # keeps the total of the angle sums

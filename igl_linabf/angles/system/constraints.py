@@ -141,8 +141,8 @@ class Constraints:
     pattern : Pattern
         The graph of the rows.
     paths : tuple of ClosedPath
-        Closed paths along which the scale has to return, and optionally the turning: one or two constraints
-        each.
+        Closed paths along which the scale has to return to its initial value. If the turning of a path is
+        also prescribed, the path has two constraints, otherwise one.
     circles : tuple of int
         Boundary loops that have to lie on circles. Their sums are the angle sums of the inscribed polygon
         with the lengths given by the current angles; `target` and `sums` use the lengths on the surface.
@@ -210,7 +210,7 @@ class Constraints:
         return target
 
     def predict(self, b: Residual) -> Residual:
-        """Return the residual with respect to the sums that circles will have after the step."""
+        """Return the residual for the angle sums that are predicted on circles after the next step."""
         if not self.circles:
             return b
         vertex = b.vertex.copy()
@@ -343,7 +343,7 @@ def largest_magnitude(values: FloatArray) -> float:
 
 
 def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None = None) -> Residual:
-    """Return the residuals of the constraints at `alpha`, (3, #F) radians; `cot` are its cotangents."""
+    """Return the residuals of the constraints at `alpha`, (3, #F) radians; `cot` are the cotangents."""
     topology, paths = constraints.topology, constraints.paths
     cot = _core.cotangents(alpha) if cot is None else cot
     total, log_ratio = _core.angle_sums(topology.corner, alpha, cot, topology.n)  # eq. 7: logarithms of sines

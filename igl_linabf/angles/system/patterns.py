@@ -99,7 +99,7 @@ class Pattern:
         index = np.int32 if small else np.int64
         self.indptr: IntArray = indptr.astype(index)
         self.indices: IntArray = indices.astype(index)
-        # copies of this array skip the checks of SciPy
+        # copying this array skips the checks of SciPy
         self._zero = sparse.csc_array((np.zeros(len(indices)), self.indices, self.indptr), shape=(n, n))
 
     @property
@@ -149,7 +149,7 @@ class Pattern:
 
 
 class RowSubset:
-    """A subset of the row pairs of all matrices with one pattern. It is found once and filled many times.
+    """Some row pairs of matrices with one pattern. The structure is found once and filled many times.
 
     Parameters
     ----------

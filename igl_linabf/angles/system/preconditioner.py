@@ -14,9 +14,9 @@ from .holonomy import HolonomyConstraints
 from .patterns import RowSubset, Symmetric, with_identity
 from .reduced_system import System
 
-MIN_SLIVER_RATIO = 10.0  # minimum eigenvalue ratio of P_t and s_t K_t if triangle t is a sliver
+MIN_SLIVER_RATIO = 10.0  # triangle t is a sliver from this eigenvalue ratio of P_t and s_t K_t
 MIN_SLIVER_RATIO_OF_SMALL_SYSTEM = (
-    1000.0  # value of MIN_SLIVER_RATIO in small systems, where inner steps are cheap
+    1000.0  # replaces MIN_SLIVER_RATIO in small systems, where inner steps are cheap
 )
 LARGE_SYSTEM = 5_000  # minimum number of rows per disk of a large system
 
@@ -67,7 +67,7 @@ class Slivers:
         if constraints.n < LARGE_SYSTEM * max(system.topology.n_outer, 1):
             largest = MIN_SLIVER_RATIO_OF_SMALL_SYSTEM
         elif constraints.prescribes_sums:
-            largest = MIN_SLIVER_RATIO / 2  # many steps reuse the correction
+            largest = MIN_SLIVER_RATIO / 2  # lower, because many steps reuse the correction
         faces = np.flatnonzero(
             _core.eigenvalue_disparity(system.w, system.d, system.cot) > largest + 1 / largest
         )

@@ -47,7 +47,7 @@ class System:
             x[self.constraints.wheels :, 1] = 0.0
         row = self.constraints.row
         made, some = np.empty((len(row), 2)), np.empty((len(x) + 1, 2))
-        some[:-1], some[-1] = x, 0.0  # row -1 reads the zeros
+        some[:-1], some[-1] = x, 0.0  # index -1 selects the zeros
         return some.take(row, axis=0, out=made, mode="wrap")
 
     def errors(self, x: FloatArray) -> FloatArray:

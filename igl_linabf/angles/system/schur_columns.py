@@ -13,7 +13,7 @@ from ..._types import FloatArray, IntArray, Solve
 from .constraints import HolonomyResidual
 from .patterns import Symmetric
 
-LOOP_CHANGE = 0.1  # reuse the solved loop columns if the loop constraints changed by at most this, relatively
+LOOP_CHANGE = 0.1  # reuse loop columns up to this relative change of the loop constraints
 FEW_COLUMNS = 64  # store matrices with more columns as sparse matrices
 
 NarrowMatrix: TypeAlias = "FloatArray | sparse.csr_array"

@@ -1,6 +1,6 @@
-"""Attempts at a map, of increasing cost, until a map has no flipped triangles.
+"""Attempt to find a map by methods of increasing cost, until a map has no flipped triangles.
 
-Input: a problem at its initial estimate. Output: the attempts, and the best map as a `Flattening`.
+Takes a problem at its initial estimate. Returns the attempts, and the best map as a `Flattening`.
 """
 
 from .attempts import (

@@ -1,4 +1,4 @@
-"""Attempts at a map: the problem, the results of its stages, and the best map as a `Flattening`."""
+"""Run the stages that attempt to find a map, and return the best map as a `Flattening`."""
 
 import warnings
 from collections.abc import Callable, Sequence
@@ -192,7 +192,7 @@ def run_stages(problem: Problem, stages: Sequence[Stage]) -> StageResults:
 
 
 def select_best(results: StageResults) -> tuple[StageResult, Layout]:
-    """Return the map with the fewest flips; of several maps, the latest, which has the smallest residual.
+    """Return the result and the layout with the fewest flips; among several, the latest.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Ears of a disk on a circle. The disk is mapped without ears, which are added on arcs over their chords."""
+"""Map a disk to a circle without its ears, and add the ears on the arcs over their chords."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Ears:
 
     @classmethod
     def of(cls, mesh: Mesh, pinned: Pins | None) -> Ears | None:
-        """Remove the ears at the outer loop repeatedly, until no ears remain; return None without ears.
+        """Remove the ears at the outer loop repeatedly, until none remain; return None if there are no ears.
 
         If all faces of a disk have three boundary vertices, no ears are removed.
         """

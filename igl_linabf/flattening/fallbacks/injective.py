@@ -74,7 +74,7 @@ def describe_newton(steps: int, start: str, energy: float) -> str:
 
 
 def _report_missed_pins(missed: float) -> dict[str, Any]:
-    """Return the `StageResult` fields of a map whose pins are missed by a share of the size of the map."""
+    """Return the `StageResult` fields that report by how much a map misses its pins, relative to its size."""
     if not missed:
         return {}
     detail = f"pins are missed by up to {missed:.1e} of the map's size"

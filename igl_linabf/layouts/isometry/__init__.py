@@ -1,6 +1,6 @@
-"""Isometric maps, and maps without flipped triangles.
+"""Compute isometric maps, and maps without flipped triangles.
 
-Input: a mesh and a map of it. Output: the nearest isometric map, by Newton's method; or a map without flips
+Takes a mesh and a map of it. Returns the nearest isometric map, by Newton's method, or a map without flips
 from a map with flips, by the SLIM of igl. References: Rabinovich et al. 2017; Smith, De Goes, Kim 2019.
 """
 

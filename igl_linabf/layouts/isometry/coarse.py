@@ -1,4 +1,4 @@
-"""Newton steps for maps that are too large for a factor of their Hessian.
+"""Take Newton steps for maps that are too large for a factor of their Hessian.
 
 The displacement of the vertices is bilinear in the cells of a grid over the map, and its values at the nodes
 of the grid are the unknowns. The energy and its gradient are still summed over all triangles. A conformal map
@@ -43,7 +43,7 @@ class BilinearWeights:
 
     @classmethod
     def of(cls, x: ComplexArray, columns: int, cell: IntArray | None = None) -> BilinearWeights:
-        """Locate points, given in units of cells; with `cell`, extrapolate from these cells instead."""
+        """Locate points, in units of cells, in their cells; with `cell`, extrapolate from these cells."""
         if cell is None:
             cell = x.imag.astype(np.int64) * columns + x.real.astype(np.int64)
         row, column = np.divmod(cell, columns)
@@ -127,7 +127,7 @@ class CoarseHessians:
     def _sum_in_cells(
         self, rows: FloatArray, corner: IntArray, cell: IntArray, sizes: IntArray
     ) -> FloatArray:
-        """Sum row row^T over the triangles whose centres lie in each cell."""
+        """For each cell, sum row row^T over the triangles whose centres are in the cell."""
         within = Ragged.of_sizes(sizes)
         by_corner = rows.reshape(4, 2, 3, -1)
         at_nodes = np.zeros((4, 2, 4, len(cell)))  # row, x or y, node, triangle

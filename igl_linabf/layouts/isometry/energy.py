@@ -1,4 +1,4 @@
-"""The energy of isometric maps per triangle: its value, its gradient, and its convex part.
+"""Compute the energy of isometric maps per triangle: its value, its gradient, and its convex part.
 
 The map w -> p w + q conj(w) of a triangle from its own plane has the singular values |p| + |q| and |p| - |q|.
 Both terms of the energy (Degener, Meseth, Klein 2003) depend only on A = |p|^2 and B = |q|^2, with J = A - B:
@@ -20,7 +20,7 @@ from ..._core import collapse_lengths, isometric_derivatives, isometric_energy
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Ragged
 
-MIN_HEIGHT_RATIO = 1e-6  # minimum ratio of height to longest side; maximum relative increase of area
+MIN_HEIGHT_RATIO = 1e-6  # thinner triangles are opened to this ratio of height to longest side
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class RestTriangles:
         to `MIN_HEIGHT_RATIO` times the area of the chart.
         """
         area = faces.repeat(faces.sum(double_area) / 2)
-        longest = (dot[NEXT] + dot[PREV]).max(axis=0)  # squared length
+        longest = (dot[NEXT] + dot[PREV]).max(axis=0)  # squared length of the longest side
         room = np.minimum(
             MIN_HEIGHT_RATIO * longest - double_area, 2 * MIN_HEIGHT_RATIO * area / faces.repeat(faces.sizes)
         )
@@ -71,7 +71,7 @@ class RestTriangles:
         )
 
     def energy(self, z: ComplexArray, weight: float) -> FloatArray:
-        """Return the energy of each triangle times its share; infinite for flipped or collapsed triangles."""
+        """Return each triangle's energy times its area share; infinite for flipped or collapsed triangles."""
         return isometric_energy(self.corner, self.gradient, self.share, z, weight)
 
     def expand(self, z: ComplexArray, weight: float) -> tuple[FloatArray, FloatArray]:

@@ -1,4 +1,4 @@
-"""The isometric layout, which starts from a map without flips and preserves lengths as well as possible."""
+"""Compute the isometric layout, which preserves lengths as well as possible, from a map without flips."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STIFFNESSES = 10.0 ** np.arange(0, 11, 2)  # stiffnesses of the springs to the p
 MAX_PINNED_STEPS = 40  # maximum number of Newton steps for each stiffness
 PINS_MET = 1e-6  # move vertices onto pins within this distance, for a surface of area 1
 MOST_FREE_VERTICES = 1_000_000  # maximum number of vertices for the full Hessian, which takes 6 GB
-WEAK_FIT = 0.3  # with a smaller correlation of free map and pins, the pins determine the size
+WEAK_FIT = 0.3  # below this correlation of the free map and the pins, the pins determine the size
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +156,7 @@ def _draw_to_pins(
         pulled = replace(energy, springs=Springs(pull, to))
         z, (more,), _ = minimise_energy(pulled, z, hessians, max_steps=MAX_PINNED_STEPS)
         before, missed, steps = missed, float(np.abs(z - to)[index].max()), steps + more
-        # pins are out of reach if a spring stiffer than the first two does not halve the distance
+        # pins are out of reach if, after the first two, a stiffer spring does not halve the distance
         if stiffness > STIFFNESSES[1] and missed > before / 2:
             break
     made = (z - mean) * scale + middle

@@ -1,4 +1,4 @@
-"""Newton's method from a map without flipped triangles to the nearest isometric map."""
+"""Find the nearest isometric map by Newton's method, from a map without flipped triangles."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ...surface import NEXT, PREV, Ragged
 from .energy import RestTriangles
 
 MAX_NEWTON_STEPS = 200
-STALLED_FALL = 1e-8  # the energy has stalled if a step decreases it by a smaller share
+STALLED_FALL = 1e-8  # the energy has stalled if a step decreases it by a smaller fraction
 NEGLIGIBLE_FALL = 1e-10  # steps with a smaller predicted relative decrease are skipped
 GROWTH = 1.5  # factor by which steps are lengthened as long as the energy decreases
 DAMPING = 1e-9  # share of the diagonal that is added to the Hessian, which is singular for rigid motions
@@ -130,7 +130,7 @@ def minimise_energy(
     tol: float = STALLED_FALL,
     max_steps: int = MAX_NEWTON_STEPS,
 ) -> tuple[ComplexArray, IntArray, BoolArray]:
-    """Reduce the energy of each chart until it stalls; return the map, the steps, and which charts stalled.
+    """Reduce the energy of each chart until it stalls; return the map, the steps, and the stalled charts.
 
     Each chart has its own step length, and stops if further steps would reduce its energy by less than the
     share `tol`. Therefore, the maps are the same as for one chart at a time. No triangle can flip, because a
@@ -205,7 +205,7 @@ class LineSearch:
             length[short] = 0.0
             reached = np.where(short, self.value, reached)
         growing = moving & ~short
-        while growing.any():  # the convexified Hessian is too large for growing triangles
+        while growing.any():  # try longer steps: the convexified Hessian is too large
             tried = np.where(growing, np.minimum(GROWTH * length, most), length)
             after = self._energies(tried)
             growing &= (tried > length) & (after < reached)

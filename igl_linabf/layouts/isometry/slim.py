@@ -1,4 +1,4 @@
-"""Maps without flips, made from maps with flips by the SLIM of igl (Rabinovich et al. 2017)."""
+"""Make maps without flips from maps with flips by the SLIM of igl (Rabinovich et al. 2017)."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ from ..convex import embed_in_circle, embed_patches
 
 SLIM_CHUNK = 5  # iterations of SLIM between two checks of the map
 MAX_SLIM_CHUNKS = 60
-SLIM_STALLED_FALL = 2e-3  # SLIM has stalled if F/3nt decreases by a smaller share per chunk
+SLIM_STALLED_FALL = 2e-3  # SLIM has stalled if F/3nt decreases by a smaller fraction per chunk
 
 Place = Callable[[ComplexArray], ComplexArray]
 

@@ -1,4 +1,4 @@
-"""Repair of arbitrary triangles into an oriented manifold without degenerate faces.
+"""Repair arbitrary triangles into an oriented manifold without degenerate faces.
 
 `clean` also reports each repair. `patch_faces` extracts the largest piece of a surface after some of its
 vertices have been removed, and `split_chords` splits edges between boundary vertices.

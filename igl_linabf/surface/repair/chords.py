@@ -1,4 +1,4 @@
-"""Chords: interior edges that join two boundary vertices and therefore cut off a part of the mesh."""
+"""Find and split chords, which are interior edges that join two boundary vertices."""
 
 from __future__ import annotations
 

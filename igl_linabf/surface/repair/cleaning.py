@@ -1,4 +1,4 @@
-"""Repair of arbitrary triangles into an oriented manifold without degenerate faces."""
+"""Repair arbitrary triangles into an oriented manifold without degenerate faces."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class Repair:
     of : str
         The kind of elements that are counted: "vertices", "edges" or "faces".
     first : (at most 5,) or (at most 5, 2) int64
-        The first few elements, in the caller's numbering; edges are given by their two vertices.
+        The first few elements, as input indices; edges are given by their two vertices.
     """
 
     kind: str
@@ -219,7 +219,7 @@ def clean(V: ArrayLike, F: ArrayLike, *, weld: float | Literal[False] | None = N
 def cleaned_surface(
     V: ArrayLike, F: ArrayLike, weld: float | Literal[False] | None = None
 ) -> tuple[Cleaned, Submesh]:
-    """Return the result of `clean`, also as a `Submesh`; a clean mesh keeps the caller's vertices."""
+    """Return the result of `clean`, also as a `Submesh`; a clean mesh keeps the input vertices."""
     positions, faces = vertex_array(V), face_array(F)
     check_indices(faces, len(positions))
     in_use = np.zeros(len(positions), dtype=bool)

@@ -1,4 +1,4 @@
-"""Repair of a disk such that each given vertex becomes at most one vertex."""
+"""Repair a disk such that each given vertex becomes at most one vertex."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class RepairedDisk:
     row: IntArray
 
     def rows(self, name: str, given: ArrayLike) -> IntArray:
-        """Return the vertices of the repaired disk for given vertices, the values of the option `name`."""
+        """Return the vertices of the repaired disk for the given vertices of the option `name`."""
         used = np.flatnonzero(self.row >= 0)
         return np.asarray(self.row[used[vertex_indices(given, used, len(self.row), name)]])
 

@@ -1,4 +1,4 @@
-"""The largest piece of a surface that remains when only some of its vertices are kept."""
+"""Find the largest piece of a surface that remains when only some of its vertices are kept."""
 
 from __future__ import annotations
 

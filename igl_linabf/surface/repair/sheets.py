@@ -1,4 +1,4 @@
-"""Separation of arbitrary triangles into sheets, which are oriented manifolds.
+"""Separate arbitrary triangles into sheets, which are oriented manifolds.
 
 Sides of faces are paired, and each fan of faces that the pairs connect gets its own copy of the vertex.
 Side 3 t + k runs from corner k of face t to its corner k + 1.
@@ -14,7 +14,7 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ..ragged import index_and_rank
 from ..topology import connected_labels, number_triangles
 
-MOST_FACES_PAIRED = 500  # maximum number of faces at an edge for joining them in pairs
+MOST_FACES_PAIRED = 500  # with more faces at an edge, the faces are not joined in pairs
 
 # Joining two faces costs 1 + cos of their angle (0 flat, 1 at a right angle, 2 folded) plus penalties.
 JOIN_COST_DECIMALS = 6  # decimals of the rounded cost, so that rounding errors do not break ties
@@ -185,7 +185,7 @@ def _inward_vectors(V: FloatArray, F: IntArray, side: IntArray) -> FloatArray:
     """Return unit vectors in the faces, orthogonal to the given sides; NaN for faces without area."""
     t, k = side // 3, side % 3
     a, b, c = (V[F[t, (k + i) % 3]] for i in range(3))
-    # start from the same end of the edge for both directions, so that equal faces give equal bits
+    # start from the same end of the edge for both directions: equal faces then give bitwise equal vectors
     swap = (F[t, k] > F[t, (k + 1) % 3])[:, None]
     a, b = np.where(swap, b, a), np.where(swap, a, b)
     along, across = b - a, c - a

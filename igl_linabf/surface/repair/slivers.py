@@ -1,4 +1,4 @@
-"""Repair of faces without area: collapse short sides and open caps, without making holes."""
+"""Repair faces without area: collapse short sides and open caps, without making holes."""
 
 import numpy as np
 
@@ -7,14 +7,14 @@ from ..areas import find_faces_without_area
 from ..arrays import distinct_corners
 from ..topology import connected_labels
 
-COLLAPSED_LENGTH = 1e-9  # maximum length of a side that collapses, over the size of the face's coordinates
+COLLAPSED_LENGTH = 1e-9  # collapse sides up to this length, relative to the size of the face's coordinates
 ROUNDING_MARGIN = 16.0  # areas up to this multiple of their rounding error count as zero
 
-# The arc of opened caps has the smaller of two heights: a share of its chord, and of the shortest side.
+# Height of the arc to which caps are opened: the smaller of these shares of its chord and the shortest side.
 ARC_HEIGHT = 0.02
 ARC_HEIGHT_OF_SHORTEST_SIDE = 0.1
 
-FIRST_SHAKE = 1e-4  # initial random displacement, over the shortest side, where arcs do not suffice
+FIRST_SHAKE = 1e-4  # first random displacement, relative to the shortest side, if an arc does not suffice
 
 
 def side_lengths(V: FloatArray, F: IntArray) -> FloatArray:
