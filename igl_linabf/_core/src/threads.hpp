@@ -1,4 +1,4 @@
-// Parallel loops. The pieces of work do not depend on the number of threads; therefore, the results do not either.
+// Parallel loops. The division into pieces, and therefore the result, does not depend on the number of threads.
 #pragma once
 #include <atomic>
 #include <cstdlib>

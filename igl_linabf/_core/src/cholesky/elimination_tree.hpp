@@ -6,7 +6,7 @@
 
 namespace cholesky {
 
-using RowIndex = std::int32_t;  // a row index, or -1
+using RowIndex = std::int32_t;  // index of a row, or -1 for no row
 
 // The sparsity pattern of the lower triangle of P A P^T, column by column.
 struct ColumnPattern {

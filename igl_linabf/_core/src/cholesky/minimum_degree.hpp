@@ -24,7 +24,7 @@ class MinimumDegree {
     Indices32 lists, size, elements, degree, after, before, tail, key;
     RowIndices weight, parent, follower, first_alike, alike;
     std::vector<char> pivot;
-    std::vector<Int> mark;  // 0 for absorbed elements
+    std::vector<Int> mark;  // time stamp of each element, compared with `flag`; 0 for absorbed elements
     Int flag = 2;
 
     // Build the list of each variable, and reserve space for the lists of elements after all lists of variables.
@@ -190,7 +190,7 @@ class MinimumDegree {
                 Int to = low, d = 0, code = 0;
                 for (Int q = low; q < middle; ++q) {
                     const Int e = lists[q], m = mark[e];
-                    lists[to] = e;  // branch-free, because the branch is unpredictable
+                    lists[to] = e;  // written in any case, because a branch would be unpredictable
                     d += m ? m - flag : 0;
                     code += m ? e : 0;
                     to += m ? 1 : 0;
@@ -218,7 +218,7 @@ class MinimumDegree {
                 first_alike[code] = i;
             }
             degree[me] = total;
-            flag += n;  // larger than all marks
+            flag += n;  // now larger than all marks
             for (Int p = place; p < at; ++p)
                 if (const auto i = lists[p]; weight[i] != 0) {
                     const auto chain = first_alike[key[i]];
@@ -241,7 +241,7 @@ class MinimumDegree {
         }
         auto result = postorder();
         if (!some_left) return result;
-        parent = elimination_tree(transpose(permute(indptr, indices, result)));  // include the dense rows
+        parent = elimination_tree(transpose(permute(indptr, indices, result)));  // with dense rows
         std::fill(follower.begin(), follower.end(), -1);
         std::fill(pivot.begin(), pivot.end(), true);
         auto place = postorder();

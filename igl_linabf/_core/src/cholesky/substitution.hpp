@@ -33,7 +33,7 @@ void solve_lower(const double* values, const Supernodes& a, const TreePartition&
                 empty &= y[j][c] == 0;
             }
         }
-        if (empty) {  // sparse right-hand sides are zero in most supernodes
+        if (empty) {  // skip the supernode: sparse right-hand sides are zero in most supernodes
             for (Index j = 0; j < width; ++j)
                 for (int c = 0; c < S; ++c) X[first + j][c] = 0;
             continue;

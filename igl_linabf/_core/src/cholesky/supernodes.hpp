@@ -39,7 +39,7 @@ inline std::vector<Index> column_counts(const ColumnPattern& a, const std::vecto
     std::vector<RowIndex> first(n, -1), last_first(n, -1), last_leaf(n, -1), ancestor(n);
     std::iota(ancestor.begin(), ancestor.end(), 0);
     for (RowIndex k = 0; k < n; ++k) {
-        count[k] = first[k] < 0;  // 1 if column k is a leaf
+        count[k] = first[k] < 0;  // starts at 1 if column k is a leaf of the elimination tree
         for (RowIndex j = k; j >= 0 && first[j] < 0; j = parent[j]) first[j] = k;
     }
     for (RowIndex j = 0; j < n; ++j) {
@@ -167,7 +167,7 @@ Supernodes analyse_supernodes(View<const I> indptr, View<const I> indices, std::
 }
 
 constexpr Index PARALLEL_ROWS = 20'000;  // minimum number of rows of a matrix that is factored in parallel
-constexpr double MAX_SUBTREE_SHARE = 0.15, MIN_SUBTREE_SHARE = 0.005;  // work in a subtree, relative to all work
+constexpr double MAX_SUBTREE_SHARE = 0.15, MIN_SUBTREE_SHARE = 0.005;  // bounds of a subtree's share of all work
 
 // A partition of the elimination tree into subtrees, which threads process in parallel, and supernodes above them.
 struct TreePartition {

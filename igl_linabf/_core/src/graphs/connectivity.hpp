@@ -266,7 +266,7 @@ inline bool is_connected(Matrix<const Index> sides, Index m) {
     for (Index done = 0; done < reached; ++done)
         for (Index k = 0; k < 3; ++k) {
             const int t = beside[k * m + waiting[done]];
-            waiting[reached] = t;  // branch-free, because the branch is unpredictable
+            waiting[reached] = t;  // written in any case, because a branch would be unpredictable
             reached += is_new[t];
             is_new[t] = 0;
         }

@@ -118,7 +118,7 @@ struct Arcs {
 // The edges of arc k begin at start[k]; its nodes begin at start[k] + k, because each arc has one more node than edges.
 inline Arcs split_arcs(Matrix<const Index> ends, View<const bool> joint) {
     const Index n = joint.size, m = ends.rows;
-    std::vector<Index> order;  // nodes in the order in which `ends` lists them
+    std::vector<Index> order;  // nodes in the order of their first occurrence in `ends`
     std::vector<char> known(n), taken(m);
     for (Index i = 0; i < 2 * m; ++i)
         if (!std::exchange(known[ends.data[i]], true)) order.push_back(ends.data[i]);

@@ -261,7 +261,8 @@ inline std::vector<Index> shortest_odd_walk(View<const Index> indptr, View<const
     std::vector<char> begun(copies);  // initialize copies on first use, because most are never reached
     std::vector<Index> first(n, -1);  // head of the linked list of the reached copies of each node
     Array<Index> other_label(copies * n);
-    std::vector<double> found(copies, INFINITY), cost(copies, INFINITY);  // shortest excursion and set of excursions
+    // for each combination of parities: length of the shortest excursion, and of the shortest set of excursions
+    std::vector<double> found(copies, INFINITY), cost(copies, INFINITY);
     std::vector<std::array<Index, 2>> ends(copies);
     cost[0] = 0;
     begun[0] = true;
@@ -273,7 +274,7 @@ inline std::vector<Index> shortest_odd_walk(View<const Index> indptr, View<const
         Index label = first[node % n];
         while (label >= 0 && (label == node || distance[label] + cost[copy ^ (label / n)] > distance[node]))
             label = other_label[label];
-        if (label >= 0) continue;  // dominated by another path to this node plus excursions
+        if (label >= 0) continue;  // another path to this node, plus excursions, is at least as short
         search.relax(graph, node - copy * n, node, [&](Index edge, double way) {
             const Index vertex = graph.indices[edge], other = copy ^ flip[edge], there = other * n + vertex;
             if (vertex != start) {

@@ -6,7 +6,7 @@
 
 namespace overlaps {
 
-constexpr double GROWTH_SHARE = 0.8;  // two sheets stop growing after this share of the pairs before they meet
+constexpr double GROWTH_SHARE = 0.8;  // share of the pairs before two sheets meet at which they stop growing
 
 struct Sheets {
     std::vector<Index> faces, start{0};

@@ -6,7 +6,7 @@
 
 namespace overlaps {
 
-constexpr double MIN_DEPTH = 1e-6;  // minimum depth of an overlap, relative to the height of the smaller triangle
+constexpr double MIN_DEPTH = 1e-6;  // shallower overlaps are ignored, relative to the height of the smaller triangle
 constexpr double ROUNDING = 16 * std::numeric_limits<double>::epsilon();  // relative rounding error of a corner
 constexpr double NEVER_OVERLAPS = -1;  // depth of a triangle that is excluded from overlap tests
 
@@ -43,7 +43,7 @@ inline Box bounding_box(const Complex* corner) {
 struct Triangle {
     Complex corner[3];
     Complex along[3];     // unit vector from each corner to the next corner; 0 if the side has zero length
-    double depth = 0;     // tolerated depth of an overlap; the smaller tolerance of two triangles applies
+    double depth = 0;     // depth up to which overlaps are ignored; of two triangles, the smaller depth applies
     double rounding = 0;  // rounding error of the corners
 
     bool is_solid() const { return depth >= 0; }

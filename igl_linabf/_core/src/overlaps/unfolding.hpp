@@ -7,7 +7,7 @@
 
 namespace overlaps {
 
-constexpr double DEPTH = 0.5e-6;        // tolerated depth of an overlap, relative to the height of the smaller triangle
+constexpr double DEPTH = 0.5e-6;        // overlaps up to this share of the smaller triangle's height are ignored
 constexpr double OVERLONG_WEIGHT = 15;  // weight of the page area that an overlong chart wastes
 constexpr int EXTENT_DIRECTIONS = 24;               // number of directions for measuring the extent of a chart
 constexpr Index MAX_GRID_SIDE = 128;    // maximum number of cells along one side of a grid

@@ -9,7 +9,7 @@
 namespace packing {
 
 constexpr std::uint32_t WINDING_UNIT = 1 << 16;  // one winding in the counter of a cell; the lower 16 bits count sides
-constexpr double MAX_MASK_CELLS = 1e15;  // maximum number of cells of a mask: beyond any memory, but an exact integer
+constexpr double MAX_MASK_CELLS = 1e15;  // maximum number of cells of a mask; exact in double precision
 
 // A buffer of zeros. Because of calloc, memory pages that are never written to are not allocated.
 template <class T>
