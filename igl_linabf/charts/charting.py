@@ -110,7 +110,7 @@ def cut_into_pieces(
     return [part for parts in found for part in parts], given
 
 
-Key = tuple[int, ...]  # path in the tree of cuts: index of a piece, index of a part in the piece, ...
+Key = tuple[int, ...]  # position in the tree of cuts: index of a piece, of a part of the piece, and so on
 _FinishedChart = tuple[Key, Chart, Submesh]
 
 
@@ -263,7 +263,7 @@ def _try_piece(work: _PendingPiece, rules: ChartRules, made: _PieceMap | None) -
         return _FlattenedPiece(None, piece.cut_along(seams), Reason.UNEVEN)
     try:
         made = _flatten_single_piece(piece, rules) if made is None else made
-    except SingularSystemError:  # some faces are negligibly small
+    except SingularSystemError:  # because some faces are negligibly small
         if parts := bisect(piece):
             return _FlattenedPiece(None, parts, Reason.THIN)
         raise
@@ -339,7 +339,7 @@ def _resolve_overlaps(
             return _PieceMap(result, overlapping_pairs_of_chart(piece.topology, result.uv), None, cost), []
     if rounds >= constants.MAX_OVERLAP_ROUNDS:
         return made, bisect(piece)
-    if made.result.holes:  # overlaps are separated only in disks
+    if made.result.holes:  # overlaps can be separated only in disks
         return made, _cut_to_disk(piece, rules)
     parts = split_overlaps(piece, piece.faces[made.pairs])
     return made, parts if len(parts) > 1 else []

@@ -80,7 +80,7 @@ class AtlasCost:
 
     @property
     def total(self) -> float:
-        """The sum of `stretch`, `seams` and `page`."""
+        """The cost of the atlas: the sum of `stretch`, `seams` and `page`."""
         return self.stretch + self.seams + self.page
 
     def __str__(self) -> str:

@@ -17,7 +17,7 @@ def lay_out_greedily(topology: Topology, alpha: FloatArray) -> ComplexArray:
     m = alpha.shape[1]
     angle = alpha.ravel()
     inside = topology.sides[:, topology.sides[1] >= 0]
-    here, there = np.concatenate((inside, inside[::-1]), axis=1)  # half-edges, k m + t, and their twins
+    here, there = np.concatenate((inside, inside[::-1]), axis=1)  # half-edges k m + t, and twins
     weight = 1 + 1e-3 / m * (angle[here] + angle[there])
     graph = sparse.csr_array((weight, (here % m, there % m)), shape=(m, m))
     seed = int(np.argmax(alpha.min(axis=0)))

@@ -75,7 +75,7 @@ class Cholesky(Analysis):
 
     @property
     def bytes(self) -> int:
-        """Memory of a factor, in bytes."""
+        """Memory that a factor takes, in bytes."""
         return self._symbolic.bytes
 
     def factor(self, values: FloatArray) -> Factor:

@@ -1,6 +1,6 @@
 """Constants that several modules of `surface` share."""
 
-# Bounds of the largest coordinate, so that fourth powers of lengths neither overflow nor vanish.
+# Range of the largest coordinate in which fourth powers of lengths neither overflow nor vanish.
 LARGEST_COORDINATE = 1e60
 SMALLEST_COORDINATE = 1e-60
 

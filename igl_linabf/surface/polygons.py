@@ -1,4 +1,4 @@
-"""Polygonal faces, and their triangulations."""
+"""Represent polygonal faces, and triangulate them."""
 
 from __future__ import annotations
 
@@ -211,7 +211,7 @@ class Triangles:
     inner: BoolArray
 
     def rows(self, rows: IntArray) -> Triangles:
-        """Select triangles by row."""
+        """Return some triangles of the triangulation, selected by row."""
         return Triangles(self.polygons, self.F[rows], self.face[rows], self.place[rows], self.inner[rows])
 
     def of_faces(self, faces: IntArray) -> Triangles:

@@ -33,7 +33,7 @@ class Ragged:
 
     @classmethod
     def of_sizes(cls, sizes: Sequence[int] | IntArray) -> Ragged:
-        """Create rows of the given lengths."""
+        """Return the division of a flat array into rows of the given lengths."""
         start = np.zeros(len(sizes) + 1, dtype=np.int64)
         np.cumsum(sizes, out=start[1:])
         return cls(start)
@@ -74,12 +74,12 @@ class Ragged:
         return np.repeat(values, self.sizes, axis=-1)
 
     def split(self, values: Array) -> list[Array]:
-        """Return the rows as a list."""
+        """Return a list of the rows of a flat array."""
         start = self.start.tolist()
         return list(map(values.__getitem__, map(slice, start, start[1:])))
 
     def cumsum(self, values: Array) -> Array:
-        """Return the cumulative sums of each row."""
+        """Return the cumulative sums of the elements of each row."""
         made = np.empty_like(values)
         # sum rows of similar length in one table; one sum over all rows would carry rounding errors across
         width = np.ceil(np.log2(np.maximum(self.sizes, 1))).astype(np.int64)

@@ -90,12 +90,12 @@ class Submesh:
 
     @cached_property
     def topology(self) -> Topology:
-        """Connectivity; the first access may raise the errors of `build_topology`."""
+        """The connectivity of the surface. The first access may raise the errors of `build_topology`."""
         return self.sound_topology or build_topology(self.F, self.vertices)
 
     @cached_property
     def sound_topology(self) -> Topology | None:
-        """Connectivity, or None for nonmanifold edges, whose error message takes long to compute."""
+        """The connectivity, or None if edges are nonmanifold, without computing the error message."""
         return sound_topology(self.F, self.vertices)
 
     @cached_property

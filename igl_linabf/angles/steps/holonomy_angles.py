@@ -74,7 +74,7 @@ class HolonomyAngles:
             change = columns.transposed_times(np.column_stack((b.vertex, b.wheel)).ravel())
             gap = holonomy.rows.gap(b.holonomy, b.vertex) + change
             scale, turn = slice(0, None, 2), slice(1, None, 2)
-            # how much the scale along paths changes with the turning
+            # change of the scale along paths with the turning, if the scale is free
             closed = np.linalg.solve(schur[scale, scale], schur[scale, turn])
             size, axes = np.linalg.eigh(schur[turn, turn] - schur[turn, scale] @ closed)
             norm = (axes / np.maximum(size, HOLONOMY_ROUNDING * np.abs(schur).max())) @ axes.T

@@ -35,7 +35,7 @@ class State:
 
     @property
     def how(self) -> str:
-        """Name of the solver of the last system."""
+        """Name of the solver of the last linear system."""
         return "none" if self.lin is None else self.lin.how
 
     def without_factors(self) -> State:

@@ -103,7 +103,7 @@ class Linearisation:
         return replace(self, S=EMPTY_MATRIX, precondition=None, whole=None)
 
     def product(self, x: FloatArray) -> FloatArray:
-        """Multiply the matrix of the system by x."""
+        """Multiply the matrix of the linear system by x."""
         return self.S.matvec(x) if self.holonomy is None else self.holonomy.matvec(self.S.matvec, x)
 
     def at_corners(self, x: FloatArray) -> FloatArray:
@@ -192,7 +192,7 @@ def linearise(
         holonomy = HolonomyConstraints(system, open_by) if open_by.constrained.any() else None
     lin = Linearisation(problem, system, S, holonomy)
     if not problem.constraints.n and not paths:
-        return lin  # without constraints, the estimate is flat
+        return lin  # no constraints: the estimate is flat
     if reuse is not None:
         slivers = reuse.slivers if same_slivers else None
         lin = replace(

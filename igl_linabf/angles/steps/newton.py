@@ -13,7 +13,7 @@ from .iterates import Kind, Step
 from .iterations import State
 from .linearisation import Direction, linearise, solve
 
-# Constants of anchored steps
+# Constants of anchored steps, which minimise the change from the initial estimate
 ANCHORED_RTOL = 0.03  # relative residual of conjugate gradients in anchored steps
 SLOW_STEP = 0.7  # a step is slow if its change exceeds this share of the smallest change so far
 LEAST_ANCHORED_RTOL = 0.003  # lower bound to which slow steps reduce ANCHORED_RTOL
@@ -21,12 +21,12 @@ NEARLY_LINEAR = 1.0  # relative change of an angle below which slow steps are so
 MAX_ANCHORED_STEPS = 30  # maximum number of anchored steps; feasible steps may be twice as many
 MAX_SLOW_STEPS = 9  # maximum number of consecutive slow steps
 
-# Bounds of the angles
+# Lower bounds that keep angles positive
 ANGLE_BOUND = 0.01  # lower bound of an angle, relative to its initial value
 BOUND_TOLERANCE = 1 + 1e-6  # an angle up to this multiple of its bound counts as being at the bound
 HELD_WEIGHT = 1e-12  # weight of an angle that is fixed at its bound, relative to a free angle
 
-# Constants of feasible steps
+# Constants of feasible steps, after each of which the constraints hold
 FEASIBLE_RTOL = 0.01  # relative residual of conjugate gradients in feasible and restoration steps
 LEAST_CURVATURE = 0.2  # minimum second derivative by an angle, relative to that of the objective
 MAX_RESTORING_STEPS = 4  # maximum number of restoration steps, and of updates of fixed angles, per step
@@ -202,7 +202,7 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
 
 
 def _gradient(state: State) -> FloatArray:
-    """Return half the gradient of the objective, (3, #F)."""
+    """Return half the gradient of the `objective`, (3, #F)."""
     anchor = state.problem.estimate
     return np.asarray((state.at.alpha - anchor) / anchor**2)
 
@@ -269,7 +269,7 @@ def _line_search(
 def _restore_constraints(state: State, held: BoolArray, exact: float, most: int) -> State:
     """Reduce the residual to at most `exact` by corrections, then by active-set steps if needed."""
     if not held.any():
-        state = correct_conformally(state, exact)  # conformal corrections would change fixed angles
+        state = correct_conformally(state, exact)  # these corrections would change fixed angles
     for _ in range(most):
         if state.at.residual.largest <= exact:
             break

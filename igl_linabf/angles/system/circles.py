@@ -31,7 +31,7 @@ def central_angles(log_ratio: FloatArray) -> FloatArray:
     if np.arcsin(others).sum() >= np.pi / 2:
         x = root(lambda x: np.arcsin(side * x).sum() - np.pi, 0.0, 1.0, xtol=1e-16, rtol=1e-15)
         angle = 2 * np.arcsin(side * x)
-    else:  # the centre lies beyond the longest side
+    else:  # the centre of the circle lies beyond the longest side
         # divide by x to remove the root at x = 0
         x = root(lambda x: (np.arcsin(others * x).sum() - np.arcsin(x)) / x, 1e-9, 1.0, rtol=1e-15)
         angle = 2 * np.arcsin(side * x)

@@ -159,7 +159,7 @@ class Constraints:
 
     @property
     def n(self) -> int:
-        """Number of rows."""
+        """Number of rows of constraints."""
         return len(self.target)
 
     @property
@@ -273,10 +273,10 @@ def _constraints(
             virtual.append(loop)
     left_out = np.zeros(topology.n, dtype=bool)
     if not topology.loops:
-        # the wheel constraints sum to zero, and the vertex constraints to the angle sum of all triangles
+        # one vertex is redundant: wheel constraints sum to 0, vertex constraints to the sum of all angles
         left_out[np.argmax(np.abs(sums - 2 * np.pi)) if ground is None else ground] = True
     elif given[topology.loops[0]].all() and topology.n_outer == 1:
-        # the angle sums of all vertices add up to those of all triangles (Gauss-Bonnet)
+        # one vertex is redundant: the angle sums of vertices add up to the sum of all angles (Gauss-Bonnet)
         left_out[topology.loops[0][0]] = True
     inner, rim = inside & ~left_out, given & ~inside & ~left_out
     row = np.where(inner, np.cumsum(inner) - 1, -1)

@@ -57,7 +57,7 @@ class HolonomyRows:
 
     @classmethod
     def of(cls, system: System, drawn: HolonomyResidual) -> HolonomyRows:
-        """Return the rows at the angles of a system."""
+        """Return the rows of the holonomy constraints at the angles of a system."""
         topology, constraints, cot = system.topology, system.constraints, system.cot
         paths, n_faces = constraints.paths, topology.corner.shape[1]
         touched: BoolArray = np.zeros(n_faces, dtype=bool)
@@ -94,7 +94,7 @@ class HolonomyRows:
 
     @property
     def size(self) -> int:
-        """Number of rows of T."""
+        """Number of holonomy constraints, which are the rows of T."""
         return int(self.transposed.shape[1])
 
     @property
@@ -119,7 +119,7 @@ class HolonomyRows:
         return np.column_stack((gap.real, gap.imag)).ravel()[self.drawn.constrained.ravel()]
 
     def times(self, e: FloatArray) -> FloatArray:
-        """Return T e, (#T,), for angle errors e, (3, #F)."""
+        """Multiply the holonomy rows T by angle errors e, (3, #F)."""
         return np.asarray(self.transposed.T @ e[:, self.faces].T.ravel())
 
     def at_sites(self, y: FloatArray) -> FloatArray:
@@ -196,7 +196,7 @@ class HolonomyConstraints:
     """
 
     def __init__(self, system: System, drawn: HolonomyResidual, *, conformal: bool = False) -> None:
-        """Set up the border; with `conformal`, P is the conformal metric s K."""
+        """Set up the border B and D; with `conformal`, the metric P is the conformal metric s K."""
         self.rows = HolonomyRows.of(system, drawn)
         metric = system.conformal if conformal else system.projection
         self.B, self.D, self._errors = self.rows.in_metric(metric)
@@ -210,7 +210,7 @@ class HolonomyConstraints:
         return product
 
     def errors(self, y: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Return the faces where P T^T y is not zero, and its values there, (3, #faces)."""
+        """Return the angle errors P T^T y: the faces where they are not zero, and the values, (3, #faces)."""
         return self.rows.faces, (self._errors @ y).reshape(-1, 3).T
 
     def solver(self, inner: Solve) -> Solve:
@@ -264,7 +264,7 @@ class HolonomyConstraints:
         return self._columns(partial(solve_pairs, inverse))
 
     def _columns(self, inner: Solve) -> SchurColumns:
-        """Return A^-1 B from a solver `inner` of A."""
+        """Return A^-1 B for the border B, given a solver `inner` of A."""
         return solve_border(inner, self.B, self.D, self.rows.constraints.n, self.rows.drawn)
 
     def _bordered_solver(self, inner: Solve, columns: SchurColumns, schur: FloatArray) -> Solve:

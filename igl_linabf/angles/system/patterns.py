@@ -28,11 +28,11 @@ class Symmetric:
 
     @property
     def size(self) -> int:
-        """Number of rows."""
+        """Number of rows of the matrix."""
         return 2 * len(self.blocks[0]) - 2
 
     def matvec(self, x: FloatArray) -> FloatArray:
-        """Multiply the matrix by x."""
+        """Multiply the symmetric matrix by x."""
         return _core.block_product(*self.blocks, x)
 
     def values(self) -> FloatArray:
@@ -104,7 +104,7 @@ class Pattern:
 
     @property
     def ends(self) -> IntArray:
-        """Rows of the ends of each edge, (2, #E) int64."""
+        """Matrix rows of the two vertices of each edge, (2, #E) int64."""
         return self.row[self.topology.edges.T]
 
     def analysis(self, solvers: Solvers, block: int = 1) -> Analysis:
@@ -203,9 +203,9 @@ class SubsetBlocks:
         return self.block[self.rows.upper]
 
     def subtract_transposed(self, r: FloatArray, x: FloatArray) -> FloatArray:
-        """Return r - R^T x; r may have additional entries."""
+        """Return r - R^T x for the rows R of the subset; r may have additional entries."""
         return _core.subtract_rows(self.rows.start, self.rows.column, self.block, x, r)
 
     def residual(self, r: FloatArray, z: FloatArray) -> FloatArray:
-        """Return r - R z, where r is restricted to the rows of the subset."""
+        """Return r - R z for the rows R of the subset, to which r is restricted."""
         return _core.row_residual(self.rows.start, self.rows.column, self.block, self.rows.pairs, r, z)

@@ -15,9 +15,8 @@ from .patterns import RowSubset, Symmetric, with_identity
 from .reduced_system import System
 
 MIN_SLIVER_RATIO = 10.0  # triangle t is a sliver from this eigenvalue ratio of P_t and s_t K_t
-MIN_SLIVER_RATIO_OF_SMALL_SYSTEM = (
-    1000.0  # replaces MIN_SLIVER_RATIO in small systems, where inner steps are cheap
-)
+# Replaces MIN_SLIVER_RATIO in small systems, where inner steps are cheap.
+MIN_SLIVER_RATIO_OF_SMALL_SYSTEM = 1000.0
 LARGE_SYSTEM = 5_000  # minimum number of rows per disk of a large system
 
 

@@ -51,29 +51,29 @@ class System:
         return some.take(row, axis=0, out=made, mode="wrap")
 
     def errors(self, x: FloatArray) -> FloatArray:
-        """Return P M^T x, (3, #F), for the multipliers of each vertex, (#V, 2)."""
+        """Return the angle errors P M^T x, (3, #F), for the multipliers of each vertex, (#V, 2)."""
         return _core.errors(self.topology.corner, self.w, self.d, self.cot, *np.ascontiguousarray(x.T))
 
     def at_corners(self, x: FloatArray) -> FloatArray:
-        """Return M^T x, (3, #F), for the multipliers at the vertex of each corner, (2, 3, #F)."""
+        """Multiply the transposed constraints M^T, (3, #F), by the multipliers at each corner, (2, 3, #F)."""
         vertex, wheel = x
         return np.asarray(vertex + self.cot * (wheel[PREV] - wheel[NEXT]))
 
     def project(self, y: FloatArray) -> FloatArray:
-        """Return P y, (3, #F) angles that sum to zero in each triangle."""
+        """Return the projection P y of angles y: (3, #F) angles that sum to zero in each triangle."""
         return _core.project_errors(self.w, self.d, y)
 
     def conformal_errors(self, x: FloatArray) -> FloatArray:
-        """Return K M^T x, (3, #F), for the multipliers of each vertex, (#V, 2)."""
+        """Return the angle errors K M^T x in the conformal metric, for multipliers of vertices, (#V, 2)."""
         return _core.conformal_errors(self.topology.corner, self.cot, *np.ascontiguousarray(x.T))
 
     def projection(self, faces: IntArray) -> FloatArray:
-        """Return P_t of some faces, (#faces, 3, 3)."""
+        """Return the projection matrices P_t of some faces, (#faces, 3, 3)."""
         # near an angle of pi, computing w - w^2 / d would leave only rounding errors
         return self._from_pairs(_core.pair_weights(self.w[:, faces], self.d[faces]))
 
     def conformal(self, faces: IntArray) -> FloatArray:
-        """Return s_t K_t of some faces, (#faces, 3, 3)."""
+        """Return the conformal metric s_t K_t of some faces, (#faces, 3, 3)."""
         return self._from_pairs(self._conformal(self.w[:, faces], self.d[faces], self.cot[:, faces]))
 
     @staticmethod

@@ -54,7 +54,7 @@ class Border:
         return self.values.T
 
     def transposed_times(self, x: FloatArray) -> FloatArray:
-        """Return B^T x."""
+        """Multiply the transposed border B^T by x."""
         return np.asarray(self.transposed @ x[self.rows])
 
     def dense(self, n: int) -> FloatArray:
@@ -97,19 +97,19 @@ class SchurColumns:
         return same and float(np.abs(q - known.q).max()) <= LOOP_CHANGE * float(np.abs(q).max())
 
     def times(self, y: FloatArray) -> FloatArray:
-        """Return C y."""
+        """Multiply the Schur columns C by y."""
         return np.asarray(y @ self.columns)
 
     def transposed_times(self, r: FloatArray) -> FloatArray:
-        """Return C^T r."""
+        """Multiply the transposed Schur columns C^T by r."""
         return np.asarray(self.columns @ r)
 
     def transposed_times_border(self, B: Border) -> FloatArray:
-        """Return C^T B."""
+        """Multiply the transposed Schur columns C^T by the border B."""
         return _times_border(self.columns, B)
 
     def galerkin(self, S: Symmetric) -> FloatArray:
-        """Return C^T S C."""
+        """Return the Galerkin product C^T S C of the reduced matrix S and the Schur columns C."""
         return np.array([self.transposed_times(S.matvec(column)) for column in self.columns])
 
     def vertex_rows(self, rows: IntArray) -> FloatArray:
@@ -118,7 +118,7 @@ class SchurColumns:
 
 
 def solve_border(inner: Solve, B: Border, D: FloatArray, n: int, drawn: HolonomyResidual) -> SchurColumns:
-    """Return A^-1 B from a solver `inner` of A, both with 2 n rows."""
+    """Return the Schur columns A^-1 B of a border B, given a solver `inner` of A; both have 2 n rows."""
     columns = np.ascontiguousarray(inner(B.dense(n)).T)
     return SchurColumns(columns, drawn, D - _times_border(columns, B))
 

@@ -180,7 +180,7 @@ class Atlas:
 
     @property
     def pages(self) -> int:
-        """Number of pages."""
+        """Number of pages of the atlas."""
         return int(self.page.max(initial=0)) + 1
 
     @property

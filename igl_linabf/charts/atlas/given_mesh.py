@@ -78,7 +78,7 @@ def _fill_rows_of_removed_faces(FTC: IntArray, chart: IntArray, F: IntArray) -> 
         if not found.any():
             lender = _find_vertex_neighbours(F, aside, known)
             found = lender >= 0
-        if not found.any():  # no area in the component: any point will do
+        if not found.any():  # a component without area: map it to any point
             FTC[aside], chart[aside] = FTC[known[0], 0], chart[known[0]]
             break
         for t, other in zip(aside[found].tolist(), lender[found].tolist(), strict=True):

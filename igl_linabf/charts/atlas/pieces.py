@@ -27,7 +27,7 @@ from ...surface import (
 )
 
 MIN_LONE_HEIGHT = 1e-6  # minimum ratio of height to longest side of a single triangle that is mapped
-LONE_ROUNDING = 16 * np.finfo(float).eps  # minimum ratio of that height to the largest coordinate
+LONE_ROUNDING = 16 * np.finfo(float).eps  # minimum height of a single triangle / its largest coordinate
 
 
 def open_slivers(pieces: Sequence[Submesh]) -> list[Submesh]:

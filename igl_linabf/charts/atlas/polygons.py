@@ -22,7 +22,7 @@ def split_polygons(V: ArrayLike, F: ArrayLike) -> Triangles | None:
     try:
         array = np.asarray(F)
     except ValueError:
-        array = np.empty(0, dtype=object)  # for faces with different numbers of corners
+        array = np.empty(0, dtype=object)  # the faces have different numbers of corners
     if (
         array.shape[1:] == (3,)
         or array.dtype.kind not in "iufO"

@@ -182,7 +182,7 @@ def find_seam_prices(creased: CreasedSurface, texture: IntArray) -> tuple[IntArr
 def compute_division_price(creased: CreasedSurface, parts: Sequence[Submesh]) -> float:
     """Return the price of the seams that divide a surface into parts, in units of length."""
     piece = creased.surface
-    F, first = np.empty_like(piece.F), 0  # parts get disjoint vertex numbers
+    F, first = np.empty_like(piece.F), 0  # renumber vertices, because parts may share them
     for part in parts:
         F[np.searchsorted(piece.faces, part.faces)] = part.F + first
         first += len(part.V)

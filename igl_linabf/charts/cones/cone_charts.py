@@ -35,7 +35,7 @@ from .seams import find_seam
 
 # Minimum number of nodes for which linear ABF reuses the Laplacian factored to place cones.
 MIN_KNOWN_FACTOR_NODES = 5_000
-# Maximum share of negative cotangent weights for which linear ABF reuses that Laplacian.
+# Maximum share of negative cotangent weights for which linear ABF reuses the Laplacian of the cones.
 MAX_KNOWN_FACTOR_THIN_SHARE = 0.15
 MAX_ANGLE_RESIDUAL = 0.5  # error of the map's angle sums, radians, from which the cones count as infeasible
 
@@ -125,7 +125,7 @@ def _list_angle_sums(chosen: ComponentCones) -> FloatArray:
 
 
 def _find_vertices(given: IntArray, surface: Submesh, cleaned: Cleaned) -> tuple[IntArray, IntArray]:
-    """Return, for each cone on the repaired surface, its index in `given` and its vertex."""
+    """Return the cones that are on the repaired surface: indices into `given`, and surface vertices."""
     own = cleaned.merged[cleaned.origin]  # input vertex of each vertex of the surface
     order = np.argsort(own, kind="stable")
     wanted = cleaned.merged[given]

@@ -121,7 +121,7 @@ class ConeComponent:
 
     @cached_property
     def valence(self) -> IntArray:
-        """Number of faces at each node; 0 for holes."""
+        """Number of faces around each node; 0 for nodes that are holes."""
         around = np.bincount(self.component.F.ravel(), minlength=len(self.component.V))
         return np.append(np.zeros(self.piece.graph.n_holes, dtype=np.int64), around[self.inner])
 

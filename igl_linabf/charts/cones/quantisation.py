@@ -74,7 +74,7 @@ class QuantisedCurvatures:
             while beyond := int(k.sum()) - round(float(exact.sum())):
                 sign = -1 if beyond > 0 else 1
                 able = (k > least) if beyond > 0 else (k < MAX_QUARTERS)
-                able |= not able.any()  # if all cones are at their bounds, exceed a bound
+                able |= not able.any()  # if all cones are at their bounds, let one exceed its bound
                 k[np.argmax(np.where(able, sign * (exact - k), -np.inf))] += sign
         k, (lower, upper) = self._to_slots(k), self._bounds
         weight, bare, green = self._samples
@@ -117,14 +117,14 @@ class QuantisedCurvatures:
         able = ((both >= np.minimum(least, 0)) & (both <= np.maximum(most, 0))).all(axis=1)
         i, j, both = i[able], j[able], both[able]
 
-        # a quarter turn more curvature is a quarter turn less angle sum: hence the minus signs
+        # the minus signs: more curvature at a cone means a smaller angle sum
         by_change = self._to_nodes(changed) @ holonomy.by_vertex
         path_turns = holonomy.angle / QUARTER_TURN - by_change[i] - by_change[j]
         missing = DISTORTION_PER_LOG_STRETCH * _distortion(
             path_turns, quantise_holonomy(path_turns, holonomy.cost), holonomy.cost
         )
         one = self._log_squared_stretch(base + changed)
-        mixed = 4 * changed @ self._variance[1] @ changed.T  # interaction of two exchanges
+        mixed = 4 * changed @ self._variance[1] @ changed.T  # mixed term: interaction of two exchanges
         squared = one[i] + one[j] - one[0] + 2 * mixed[i, j]
         best = np.argsort(missing + squared / 2, kind="stable")[:MAX_EVALUATED_PAIRS]
         chosen = best[np.argmin(missing[best] + self._log_stretch(base + both[best]))]

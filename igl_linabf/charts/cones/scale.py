@@ -123,7 +123,7 @@ class ConeScale:
 
     @property
     def stretch(self) -> float:
-        """Expected L2 stretch of the map."""
+        """Expected L2 stretch of the conformal map with these cones."""
         return conformal_stretch(self.piece, self.log_scale)
 
     @property

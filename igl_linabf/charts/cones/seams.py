@@ -66,7 +66,7 @@ def _find_strips(topology: Topology, seam: IntArray, crossed: IntArray) -> Itera
     closed[seam] = True
     edge = np.flatnonzero((topology.sides[1] >= 0) & ~closed)
     face = np.sort(topology.sides[:, edge] % m, axis=0)
-    _, kept = np.unique(face[0] * m + face[1], return_index=True)  # two faces can share two edges
+    _, kept = np.unique(face[0] * m + face[1], return_index=True)  # keep one edge if two faces share two
     dual = sparse.csr_array((edge[kept] + 1.0, face[:, kept]), shape=(m, m))
     dual = (dual + dual.T).tocsr()
     for e in crossed.tolist():

@@ -164,7 +164,7 @@ def find_arcs(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None
 
 
 def list_steps(graph: SurfaceGraph, seam: IntArray) -> Steps:
-    """Return for each node of a seam its seam edges and their other ends, see `Steps`."""
+    """Return for each node of a seam the seam edges at the node, with the node at the other end."""
     steps: Steps = {}
     for edge, (i, j) in zip(seam.tolist(), graph.ends[seam].tolist(), strict=True):
         steps.setdefault(i, []).append((edge, j))

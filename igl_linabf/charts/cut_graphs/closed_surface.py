@@ -92,7 +92,7 @@ class ClosedSurface:
 
     @cached_property
     def has_hidden_edges(self) -> bool:
-        """Return True if visibility changes the length of any edge."""
+        """Return True if `hiding` changes the length of any edge."""
         return bool((self.hiding != 1).any())
 
     @cached_property

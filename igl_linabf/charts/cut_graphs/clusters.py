@@ -82,7 +82,7 @@ class Contraction:
 
     @classmethod
     def of(cls, fine: ClosedSurface, forest: Forest) -> Contraction:
-        """Contract the trees of a forest."""
+        """Contract each tree of a forest on a closed surface to one node."""
         label, roots, edge, graph = _contract_graph(fine.graph, forest)
         coarse = ClosedSurface(
             graph,
@@ -238,7 +238,7 @@ def _remove_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[In
     number[sides[alone, 0]] = 0
     digon = number == 2
     at, of = np.repeat(np.arange(len(edge)), 2), sides.ravel()
-    both = np.empty((n, 2), dtype=np.int64)  # first and last edge of each face, as later writes win
+    both = np.empty((n, 2), dtype=np.int64)  # first and last edge of each face: the last assignment wins
     both[of[::-1], 0], both[of, 1] = at[::-1], at
     strip = connected_labels(both[digon], len(edge))
     outer = ~digon[sides]  # sides at the ends of strips: two for an open strip, none for a closed one

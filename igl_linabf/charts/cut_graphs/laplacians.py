@@ -84,12 +84,12 @@ class SurfaceLaplacian:
 
     @cached_property
     def dirichlet(self) -> DirichletSolver:
-        """Solver of Dirichlet problems of L."""
+        """Solver of L u = r with u = 0 at fixed nodes."""
         return DirichletSolver(self.lower, self._analysis)
 
     @cached_property
     def dirichlet_of_cotangents(self) -> DirichletSolver:
-        """Solver of Dirichlet problems of L with the cotangents as weights, without clipping.
+        """Solver of L u = r with u = 0 at fixed nodes, with unclipped cotangents as the weights of L.
 
         If a cotangent exceeds `MAX_BOND_WEIGHT`, the clipped weights are used.
         """

@@ -19,11 +19,11 @@ FLAT_HOLE_TURN = 1e-3  # maximum deviation from -2 pi, radians, of the total tur
 MAX_FLAT_HOLES = 300  # with more flat holes than this, seams do not avoid them
 PLANE_BEND = 1e-3  # maximum dihedral angle, radians, between coplanar faces
 MIN_CHART_HEIGHT = 1e-12  # minimum ratio of a face's height to its longest side, for faces of panels
-MIN_DISK_CURVATURE = 0.02  # minimum sum of (angle defect / 2 pi)^2 of a curved disk with panels
+MIN_DISK_CURVATURE = 0.02  # a curved disk has panels if its sum of (angle defect / 2 pi)^2 is larger
 
 MIN_PLANE_SHARE = 1e-3  # minimum area of a large plane, as a share of the component's area
 PLANE_OVER_NEIGHBOURS = 2.0  # minimum ratio of a large plane's area to that of a smoothly adjacent plane
-TURN_OF_EXTENT = 1e-3  # in the distance to a plane: radians that a path as long as the extent counts
+TURN_OF_EXTENT = 1e-3  # turning, radians, that counts as much as a path of one extent in distances to planes
 MAX_FILLET_TURN = np.deg2rad(60.0)  # maximum total turn of the normal from a plane to a face of its fillet
 
 
@@ -177,12 +177,12 @@ class CreasedSurface:
 
     @cached_property
     def is_hard(self) -> BoolArray:
-        """Mask of the components with a large planar share, such as machine parts."""
+        """Mask of the components with a large share of flat area, such as machine parts."""
         return np.asarray(self.flat_share >= constants.PLANAR_SHARE)
 
     @cached_property
     def plane(self) -> IntArray:
-        """The plane of each face. Connected coplanar faces have the same number."""
+        """The number of the plane that contains each face. Connected coplanar faces are in one plane."""
         return connected_labels(self.faces[self.in_one_plane], len(self.surface.F))
 
     @cached_property

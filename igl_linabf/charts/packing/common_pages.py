@@ -1,4 +1,4 @@
-"""Pack the charts of several atlases onto common pages."""
+"""Pack the charts of several atlases together, so that the surfaces share a texture."""
 
 from __future__ import annotations
 

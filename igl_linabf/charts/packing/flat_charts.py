@@ -63,7 +63,7 @@ class FlatChart:
 
     @cached_property
     def z(self) -> ComplexArray:
-        """The map as complex numbers, (#V,)."""
+        """The positions of the vertices in the map, as complex numbers, (#V,)."""
         return complex_positions(self.uv)
 
     @cached_property
@@ -102,7 +102,7 @@ class FlatChart:
 
     @property
     def area(self) -> float:
-        """Area of the map."""
+        """Area of the chart in the map."""
         return float(self.areas[1].sum())
 
     @cached_property

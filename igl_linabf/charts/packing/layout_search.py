@@ -143,7 +143,7 @@ def _convert_aspect(layout: Layout | None, spacing: Spacing) -> Layout | None:
 
 
 def _search_largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
-    """Find the layout of `find_largest_layout` on square pages."""
+    """Find the layout of charts on the smallest possible square pages."""
     n = len(charts.outlines)
     if n * spacing.gap**2 > pages * (spacing.inner + spacing.gap) ** 2:
         return None
@@ -219,7 +219,7 @@ class _SquareLayout:
     placed: _PlacedCharts
     order: IntArray
     side: float  # width of the page that defines the gaps
-    needed: float  # width of the smallest page that contains the square
+    needed: float  # width of the smallest page that contains the square of the charts
 
     @cached_property
     def layout(self) -> Layout:

@@ -1,4 +1,4 @@
-"""Pack charts onto pages at one common scale."""
+"""Pack charts onto pages at one common scale, with options such as the resolution of a texture."""
 
 from __future__ import annotations
 

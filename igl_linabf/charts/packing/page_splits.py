@@ -130,7 +130,7 @@ def cut_to_fit(creased: CreasedSurface, done: Charts, request: PackingRequest) -
 
 
 def _make_flat_charts(creased: CreasedSurface, done: Charts) -> list[FlatChart]:
-    """Return the charts with their maps."""
+    """Convert charts to a form that can be cut between polygons."""
     return [FlatChart(creased, piece, chart.result.uv, i) for i, (chart, piece) in enumerate(done)]
 
 
@@ -148,7 +148,7 @@ def _select_largest(charts: list[FlatChart], whole: BoolArray) -> tuple[list[Fla
 
 
 def _replace_cut_charts(done: Charts, parts: list[FlatChart]) -> Charts:
-    """Replace each chart that was cut by its parts and their maps."""
+    """Replace each chart that was cut with the charts of its parts."""
     numbers = np.bincount([part.parent for part in parts])
     new = [part for part in parts if numbers[part.parent] > 1]
     overlaps = [
@@ -178,7 +178,7 @@ def _limit_stretch(done: Charts, made: Charts, parts: list[FlatChart], most_stre
 
 
 def _make_part(chart: Chart, piece: Submesh, part: FlatChart, quality: Quality) -> Chart:
-    """Return the `Chart` of a part that was cut from a chart."""
+    """Return the `Chart` of a part that has been cut from `chart`."""
     result = restrict_flattening(chart.result, piece, part.piece, part.uv)
     result = replace(result, message=f"{result.message}; a part of the map that was cut")
     return replace(

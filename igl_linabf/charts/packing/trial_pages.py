@@ -73,7 +73,7 @@ class TrialPage:
         return [made[i:j] for i, j in pairwise(start)]
 
     def size(self, charts: Sequence[TrialChart]) -> float:
-        """Return the ratio of the smallest page's area to the total area `area`."""
+        """Return the ratio of the area of the smallest page that holds `charts` to the total area `area`."""
         return next(self.sizes([], [charts]))(np.inf)
 
     def sizes(

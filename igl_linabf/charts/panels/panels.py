@@ -32,7 +32,7 @@ PANEL_ANGLE = np.deg2rad(4.9)
 MAX_CREASE_GAP = 1e-5  # maximum gap between two panels joined at a crease, relative to the component's extent
 # Overlaps of panels up to this depth, relative to the extent, are due to single-precision rounding.
 MAX_OVERLAP_DEPTH = 2e-6
-# Two rigid motions are equal up to this difference: rotation in radians, translation over the extent.
+# Rigid motions that differ by less count as equal: rotation in radians, translation relative to the extent.
 SAME_MOTION = 1e-3
 PLANAR_SHARE_OF_ROUNDED = 0.3  # minimum share of a component's area in large planes, for rounded creases
 ROUNDED_PLAY = 2e-3  # maximum gap and overlap depth at rounded creases, relative to the extent

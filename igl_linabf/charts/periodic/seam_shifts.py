@@ -85,7 +85,7 @@ class Fan:
 
 def find_fans(sides: SeamSides) -> list[Fan]:
     """Return the copies of all seam vertices, in order around each vertex."""
-    ways: dict[int, list[tuple[int, int, bool]]] = {}  # copy -> seam edges, copies across, directions
+    ways: dict[int, list[tuple[int, int, bool]]] = {}  # copy -> its seam edges, copies across, directions
     copies: dict[int, list[int]] = {}
     for e, (vertices, first, second) in enumerate(
         zip(sides.vertex.tolist(), sides.first.tolist(), sides.second.tolist(), strict=True)
@@ -177,7 +177,7 @@ def _solve_seam(
     choice = np.array([e for e in edges.tolist() if e not in bound], dtype=np.int64)
     assert len(bound) <= len(on_tree)
     row = dict(zip(edges.tolist(), range(len(edges)), strict=True))
-    rows = np.zeros((len(edges), len(choice)), dtype=np.complex128)  # in terms of free shifts
+    rows = np.zeros((len(edges), len(choice)), dtype=np.complex128)  # shifts in terms of free shifts
     rows[[row[e] for e in choice.tolist()], np.arange(len(choice))] = 1.0
     for v in reversed(order):
         fan = fan_of[v]

@@ -43,7 +43,7 @@ class Stiffness:
     def of(cls, of_copies: sparse.csr_array, turn: sparse.csr_array, held: IntArray) -> Stiffness:
         """Factor an energy with the vertices `held` fixed; `turn`, (#TC, #V), maps vertices to copies."""
         A = turn.conj().T @ of_copies @ turn
-        A = (A + A.conj().T) / 2  # makes the diagonal exactly real
+        A = (A + A.conj().T) / 2  # removes rounding errors: the diagonal becomes real
         A = (A + sparse.diags_array(DIAGONAL_SHARE * A.diagonal())).tocsr()
         inner = np.ones(A.shape[0], dtype=bool)
         inner[held] = False

@@ -71,7 +71,7 @@ def add_branches(closed: ClosedSurface, seam: IntArray, trade: float) -> SeamAnd
     leaves: list[int] = []
     best, least, in_vain, in_best = seam, np.inf, 0, 0
     for _ in range(constants.MAX_BRANCHES):
-        if 1 + closed.graph.length_of(seam) / closed.size / trade >= least:  # stretch >= 1
+        if 1 + closed.graph.length_of(seam) / closed.size / trade >= least:  # lower bound of the cost
             break
         fixed = closed.graph.boundary_nodes(seam)
         stretch, scale = predict_stretch(closed, fixed)

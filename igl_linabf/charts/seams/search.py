@@ -255,7 +255,7 @@ class SeamSearch:
         if panels.cost[k] == np.inf:
             return edges
         cost = seam_cost(levels.coarse, coarse, self.trade)
-        if cost < panels.cost[k]:  # measure it, because corners inside a chart stretch it more
+        if cost < panels.cost[k]:  # the estimate is too low for charts with corners inside
             cost = self._measure_cost(creased, edges)
         return panels.of(k) if panels.cost[k] <= cost else edges
 

@@ -83,7 +83,7 @@ class SmallBodies:
     def _grow_seams(self, seam: IntArray, trade: float) -> IntArray:
         """Add branches one by one to the seam of each body, and return each body's seam of least cost."""
         closed = self.closed
-        when = np.zeros(len(seam), dtype=np.int64)  # the round that added each edge
+        when = np.zeros(len(seam), dtype=np.int64)  # round of the search that added each edge
         best, least = np.zeros(self._n, dtype=np.int64), np.full(self._n, np.inf)
         in_vain, growing = np.zeros(self._n, dtype=np.int64), np.ones(self._n, dtype=bool)
         for leaf in range(constants.MAX_BRANCHES):

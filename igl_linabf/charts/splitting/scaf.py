@@ -183,7 +183,7 @@ def _fit_rigidly(uv: FloatArray, onto: FloatArray) -> FloatArray:
 def move_parts_apart(
     piece: Submesh, result: Flattening, before: MapMeasure
 ) -> tuple[Flattening, float] | None:
-    """Move overlapping parts of a map apart; return the new map and the increase of F/3nt, or None.
+    """Move overlapping parts of a map apart; return the new map and the increased distortion, or None.
 
     The result is None if SCAF fails or distorts the map too much, for example if the map is a long strip. A
     seam is better then. `before` measures the given map. The number of iterations is fixed. Therefore the

@@ -26,7 +26,7 @@ MAX_SMALL_FACES = 300  # maximum number of faces of a small chart
 FIT_TOL = 1e-5  # a chart fits if its seam vertices are off by at most this, relative to its extent
 MAX_STRETCH_FACTOR = 1.01  # maximum factor by which merging small charts may increase the L2 stretch
 
-Key = tuple[int, ...]  # path in the tree of cuts: index of a piece, index of a part in the piece, ...
+Key = tuple[int, ...]  # position in the tree of cuts: index of a piece, of a part of the piece, and so on
 Made = tuple[Key, Chart, Submesh]
 
 
@@ -268,7 +268,7 @@ class _Rims:
             number = 1
             while goes[(k + number - 1) % len(loop)]:
                 number += 1
-            number = min(number, len(loop) - 1)  # leave one edge out of a closed run
+            number = min(number, len(loop) - 1)  # if the run is closed, omit one edge
             edges = np.arange(k, k + number) % len(loop)
             own = np.concatenate((loop[edges], following[edges[-1:]]))
             of_host = np.concatenate((start[edges], end[edges[-1:]]))

@@ -29,7 +29,7 @@ class MapMeasure:
 
     @cached_property
     def stretch(self) -> float:
-        """The L2 stretch of the map."""
+        """The L2 stretch of the piece by its map."""
         return float(np.sqrt(self.at_triangles.mean(self.at_triangles.squared_stretch)))
 
 

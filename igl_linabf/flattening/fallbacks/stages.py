@@ -29,9 +29,8 @@ from ..result import StageName, Status
 from .attempts import Problem, Stage, StageResult, StageResults
 
 LARGEST_HOLE_GAP = 0.1  # maximum relative closure error of the loop of a hole after the linear step
-STEP_AND_CHORD_RTOL = (
-    0.1  # relative residual of the solves for the linear step, its chord step, and steps to circles
-)
+# Relative residual of the solves for the linear step, its chord step, and steps to circles.
+STEP_AND_CHORD_RTOL = 0.1
 ACTIVE_SET_RTOL = 0.01  # relative residual of the solves for steps of the active set
 CONTINUED_RTOL = 0.03  # relative residual of the solves for steps before conformal corrections
 MAX_ACTIVE_SET_STEPS = 12

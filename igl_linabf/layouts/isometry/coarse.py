@@ -20,9 +20,8 @@ from .energy import RestTriangles
 from .newton import Springs, factor_damped, sum_at_vertices
 
 VERTICES_PER_NODE = 40  # vertices per node of the grid, for a map that fills a rectangle
-EMPTY_CELL_STIFFNESS = (
-    1e-2  # stiffness of springs between nodes of an empty cell, relative to the mean stiffness of a node
-)
+# Stiffness of springs between the nodes of an empty cell, relative to the mean stiffness of a node.
+EMPTY_CELL_STIFFNESS = 1e-2
 FACES_AT_ONCE = 200_000  # number of triangles added to the Hessian at once, which bounds the memory
 
 

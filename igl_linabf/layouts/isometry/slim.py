@@ -26,7 +26,7 @@ from ..convex import embed_in_circle, embed_patches
 
 SLIM_CHUNK = 5  # iterations of SLIM between two checks of the map
 MAX_SLIM_CHUNKS = 60
-SLIM_STALLED_FALL = 2e-3  # SLIM has stalled if F/3nt decreases by a smaller fraction per chunk
+SLIM_STALLED_FALL = 2e-3  # SLIM has stalled if the distortion F/3nt decreases by a smaller fraction per chunk
 
 Place = Callable[[ComplexArray], ComplexArray]
 
@@ -43,7 +43,7 @@ class InjectiveMap:
     iterations : int
         Iterations of SLIM up to this map.
     distortion : float
-        F/3nt of the map.
+        Distortion F/3nt of the angles of the map.
     """
 
     z: ComplexArray
@@ -58,7 +58,8 @@ def make_injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) 
     First, a valid start is found: patches of increasing width around the flipped triangles are embedded
     again. If no patch helps, the whole surface is embedded in a circle, which is valid in exact arithmetic.
     From the start, the SLIM of igl (Rabinovich et al. 2017) reduces the conformal energy sum A (s1^2 + s2^2)
-    / (2 s1 s2). The line search of SLIM flips no triangle. The map with the least F/3nt is returned.
+    / (2 s1 s2). The line search of SLIM flips no triangle. The map with the least distortion F/3nt is
+    returned.
 
     `place` moves maps to their final position. Flips are counted after `place`, because rounding can flip
     very small triangles. Returns None if no valid start was found.
@@ -102,7 +103,7 @@ def embed_in_boundary(
 
 
 def _lower_by_slim(mesh: Mesh, start: ComplexArray, best: InjectiveMap, place: Place) -> InjectiveMap:
-    """Run SLIM from a valid map until F/3nt stalls or rounding flips a triangle."""
+    """Run SLIM from a valid map until the distortion F/3nt stalls or rounding flips a triangle."""
     for chunk, made in enumerate(slim(mesh, start, igl.MappingEnergyType.CONFORMAL, SLIM_CHUNK), start=1):
         at = place(made)
         if not is_upright(at, mesh.topology.corner):
@@ -139,7 +140,7 @@ def slim(
 
 
 def _distortion(mesh: Mesh, z: ComplexArray) -> float:
-    """Return F/3nt of a map."""
+    """Return the distortion F/3nt of the angles of a map."""
     alpha = corner_angles(mesh)
     return float((((flat_angles(z, mesh.topology.corner) - alpha) / alpha) ** 2).mean())
 

@@ -21,8 +21,8 @@ from ..topology import connected_labels, face_components
 from .sheets import Sheets, separate_sheets, side_ends
 from .slivers import collapse_short_sides, limit_obtuse_angles
 
-# Bounds of the largest coordinate, so that eighth powers of lengths neither overflow nor vanish.
-# Meshes with other coordinates are scaled by a power of two.
+# Range of the largest coordinate in which eighth powers of lengths neither overflow nor vanish.
+# Meshes outside this range are scaled by a power of two.
 LARGEST_USUAL_COORDINATE = 1e30
 SMALLEST_USUAL_COORDINATE = 1e-30
 

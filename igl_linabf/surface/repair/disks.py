@@ -28,7 +28,7 @@ class RepairedDisk:
     row: IntArray
 
     def rows(self, name: str, given: ArrayLike) -> IntArray:
-        """Return the vertices of the repaired disk for the given vertices of the option `name`."""
+        """Convert given vertices, passed as the option `name`, to vertices of the repaired disk."""
         used = np.flatnonzero(self.row >= 0)
         return np.asarray(self.row[used[vertex_indices(given, used, len(self.row), name)]])
 

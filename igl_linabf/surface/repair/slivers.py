@@ -10,7 +10,7 @@ from ..topology import connected_labels
 COLLAPSED_LENGTH = 1e-9  # collapse sides up to this length, relative to the size of the face's coordinates
 ROUNDING_MARGIN = 16.0  # areas up to this multiple of their rounding error count as zero
 
-# Height of the arc to which caps are opened: the smaller of these shares of its chord and the shortest side.
+# Height of the arc to which caps are opened: the smaller of these shares of chord and shortest side.
 ARC_HEIGHT = 0.02
 ARC_HEIGHT_OF_SHORTEST_SIDE = 0.1
 
