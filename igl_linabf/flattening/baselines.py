@@ -126,7 +126,7 @@ def find_far_pins(mesh: Mesh) -> Pins:
 
 
 def make_lscm_call(mesh: Mesh) -> Callable[[], object]:
-    """Return a function that calls `igl.lscm` with given pins; its time is the unit of reported times."""
+    """Return a function that calls `igl.lscm` with given pins; other times are relative to its time."""
     faces = mesh.faces
     b, bc = find_far_pins(mesh)
     return lambda: igl.lscm(mesh.V, faces, b, bc)

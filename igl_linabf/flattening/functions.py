@@ -605,7 +605,7 @@ def _warn_if_stretched(mesh: Mesh, uv: FloatArray) -> None:
 
 
 def _check_up(up: ArrayLike, has_pins: bool, boundary: str) -> FloatArray:
-    """Return the checked direction `up`; raise an error if it is combined with another placement."""
+    """Check the direction `up`; raise an error if other options already determine the rotation of the map."""
     if has_pins or boundary == "rectangle":
         what = "pins" if has_pins else "the rectangle's corners"
         raise ValueError(f"up does not go together with {what}, which place the map: omit one of them")

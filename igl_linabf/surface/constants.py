@@ -4,4 +4,4 @@
 LARGEST_COORDINATE = 1e60
 SMALLEST_COORDINATE = 1e-60
 
-LARGEST_SEARCHED_POLYGON = 200  # polygons with more corners are triangulated by ear clipping, not in O(k^3)
+LARGEST_SEARCHED_POLYGON = 200  # larger polygons are triangulated by ear clipping, in less than O(k^3)

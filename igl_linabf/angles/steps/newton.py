@@ -158,7 +158,7 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
 
     The weights of feasible steps include the curvature of the wheel constraints, which is diagonal: |1 /
     alpha_0^2 + (x_right - x_left) / sin^2(alpha)|, where x_right and x_left are the multipliers of the two
-    wheels that contain the angle. Each step is followed by corrections that restore the constraints, and
+    wheels that contain the angle. After each step, corrections restore the constraints. A step is
     halved until the objective decreases. The steps end when their gains, predicted as a geometric series,
     become negligible. Every angle is bounded below by a hundredth of alpha_0, because some angles vanish at
     the minimum on hard meshes. On large meshes, the steps end without convergence after a fixed amount of
@@ -249,7 +249,7 @@ def _line_search(
     problem, start, before = state.problem, state.at, objective(state)
     anchor, alpha = problem.estimate, start.alpha
     slope = 2 * float((_gradient(state) * e).sum())
-    # a residual this small affects the objective less than the step does
+    # tolerance: a residual of this size changes the objective less than the step does
     exact = max(1e-11, 1e-3 * min(float(np.abs(e / alpha).max()), 1e-3) ** 2)
     while scale >= LEAST_STEP:
         trial = np.maximum(alpha + scale * e, np.minimum(alpha, ANGLE_BOUND * anchor))

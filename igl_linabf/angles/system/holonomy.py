@@ -133,7 +133,7 @@ class HolonomyRows:
         return x
 
     def in_metric(self, metric: Callable[[IntArray], FloatArray]) -> tuple[Border, FloatArray, NarrowMatrix]:
-        """Return M P T^T, T P T^T, and P T^T on the faces of the rows, for a metric P.
+        """Return the border M P T^T, the block T P T^T, and P T^T on the faces of the rows, for a metric P.
 
         `metric` returns the element matrices of P.
         """

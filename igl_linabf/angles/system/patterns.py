@@ -99,7 +99,7 @@ class Pattern:
         index = np.int32 if small else np.int64
         self.indptr: IntArray = indptr.astype(index)
         self.indices: IntArray = indices.astype(index)
-        # copying this array skips the checks of SciPy
+        # a template: copying an array skips SciPy's checks of new arrays
         self._zero = sparse.csc_array((np.zeros(len(indices)), self.indices, self.indptr), shape=(n, n))
 
     @property

@@ -24,7 +24,7 @@ MAX_SHAPED_CHARTS = 100
 RECTANGLE_FILL = 0.9  # charts that fill more of their rectangle are turned by 90 degrees only
 COARSE_GRID = 64  # cells along the page's side when the rotations of charts are chosen
 FINE_GRID = 448  # cells along the page's side in the final layout
-# Refine the next coarse layout, too, if the fine page is larger than the best coarse page by this factor.
+# If the fine page is larger than the best coarse page by this factor, the next layout is refined, too.
 CLOSE_SIDE = 1.02
 FINE_SLACK = 0.002  # relative enlargement of the page in the first fine trial; doubled in each further trial
 MAX_FINE_TRIALS = 8  # number of trials of a layout on the fine grid

@@ -62,7 +62,7 @@ class Spacing:
         return self.limit_gap(DEFAULT_MARGIN_OF_CELL / np.sqrt(number)) if self.is_default else self
 
     def widen(self, by: float) -> Spacing:
-        """Return the spacing with `by` added to both distances, for any number of charts."""
+        """Return the spacing with `by` added to the gap and to the border."""
         return replace(self, gap=self.gap + by, border=self.border + by, is_default=False)
 
     def limit_gap(self, gap: float) -> Spacing:

@@ -313,7 +313,7 @@ def _repair(V: FloatArray, F: IntArray, used: IntArray, weld: float | Literal[Fa
 
 
 def _needs_scaling(size: FloatArray) -> BoolArray:
-    """Mark vertices whose largest coordinate requires scaling; none if the whole mesh has a usual size."""
+    """Mark vertices whose largest coordinate requires scaling; none if the mesh has no extreme size."""
     largest = float(size.max())
     if SMALLEST_USUAL_COORDINATE < largest < LARGEST_USUAL_COORDINATE or largest == 0:
         return np.zeros(len(size), dtype=bool)
@@ -321,7 +321,7 @@ def _needs_scaling(size: FloatArray) -> BoolArray:
 
 
 def _find_bowties(sheets: Sheets, F: IntArray) -> IntArray:
-    """Return vertices of several fans that are not on an edge where sheets were cut."""
+    """Return the vertices with several fans of faces that are not on an edge where sheets were cut."""
     copies = np.bincount(sheets.origin)
     copies[np.concatenate((sheets.crowded, sheets.torn)).ravel()] = 0
     copies[F[sheets.twins]] = 0
