@@ -55,7 +55,7 @@ def corner_colours(mesh: MeshFile) -> FloatArray | None:
         for look in looks
     ]
     if extras.materials is not None and set(multipliers) - {UNIT_FACTOR}:
-        # index -1 of faces without a material selects the last row, UNIT_FACTOR
+        # faces without a material have the index -1, which selects the last row: UNIT_FACTOR
         factor_of_corner = np.array([*multipliers, UNIT_FACTOR])[extras.materials[1]][polygons.owner]
         colours = np.column_stack(
             (
@@ -69,8 +69,8 @@ def corner_colours(mesh: MeshFile) -> FloatArray | None:
 def compute_corner_normals(mesh: MeshFile) -> FloatArray:
     """Return the normals at the corners of the triangles, (#T, 3, 3), as a viewer of the file computes them.
 
-    For a file without normals, these are face normals if it is glTF, as the glTF specification requires, and
-    vertex normals in all other formats.
+    If the file has no normals, return face normals for glTF, as its specification requires, and vertex
+    normals for all other formats.
     """
     V, triangles, stored = mesh.V, mesh.triangles, mesh.extras.normals
     if stored is not None and mesh.extras.normal is not None:
@@ -156,9 +156,10 @@ def replace_colours_that_are_not_finite(extras: Extras, name: str) -> Extras:
 
 
 def list_image_users(mesh: MeshFile) -> NDArray[np.str_] | None:
-    """Return for each face, (#F,), the names of the materials that share an image with its material.
+    """Return for each face, (#F,), the names of the materials in the same group as its material.
 
-    Materials without an image are together. The result is None if all faces belong together.
+    Materials that share an image are in the same group. Materials without an image form one group.
+    Return None if all faces belong to the same group.
     """
     if mesh.extras.materials is None:
         return None
@@ -177,10 +178,10 @@ def list_image_users(mesh: MeshFile) -> NDArray[np.str_] | None:
 
 
 def is_direction_map(kind: str, images: Sequence[Picture | None]) -> bool:
-    """Return True if images of this kind store directions in the tangent space of their map.
+    """Return True if images of this kind store directions in tangent space, for example normal maps.
 
-    According to the MTL specification, bump maps are grey height maps. However, many programs store normal
-    maps under the keyword of bump maps.
+    Colour images under MTL's keyword for bump maps count as normal maps. The MTL specification defines bump
+    maps as grey height maps, but many programs store normal maps under the same keyword.
     """
     if kind.lower() in BUMP_KEYWORDS:
         pixels = [image.pixels for image in images if image is not None]

@@ -126,8 +126,8 @@ def read_file(
     Warns
     -----
     MeshWarning
-        A patch has several pieces, and only the largest one is read; or it has closed slits. Or colours are
-        NaN or infinite; they are read as white.
+        Only the largest of several pieces of a patch is read, a patch has closed slits, or colours that are
+        NaN or infinite are read as white.
 
     Examples
     --------
@@ -156,7 +156,7 @@ def read_file(
     if (mesh.texture < 0).all() or (is_partial and not partial):
         return replace(mesh, TC=None, texture=None)
     if is_partial:
-        mesh = replace(mesh, texture=np.maximum(mesh.texture, -1))  # -2 marks an index before the first row
+        mesh = replace(mesh, texture=np.maximum(mesh.texture, -1))  # -2 is an OBJ index before the first row
     return mesh
 
 

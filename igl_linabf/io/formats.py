@@ -99,7 +99,7 @@ SUFFIX_OF_MAGIC = {
 READABLE_SUFFIXES = (*BYTE_READERS, *GLTF_SUFFIXES, *PATH_READERS, *PATCH_SUFFIXES)
 # Formats whose writer reproduces the file that was read.
 LOSSLESS_SOURCES: dict[str, type] = {".obj": ObjText, ".ply": PlyTables, ".glb": GltfFile, ".gltf": GltfFile}
-# Formats whose writer makes a new file, but keeps the format-specific contents listed in `kept`.
+# Formats whose writer makes a new file, and copies the format-specific contents that `kept` lists.
 PARTIAL_SOURCES: dict[str, type[ThreeMfFile | VtpFile | GiftiFile | FreeSurferFile]] = {
     ".3mf": ThreeMfFile,
     ".vtp": VtpFile,
@@ -283,7 +283,7 @@ def warn_of_loss(mesh: MeshFile, suffix: str, changed: Sequence[str] = ()) -> No
     if suffix in (".ply", ".vtp", *FLAT):
         lost += ["the names of its parts"] * bool(mesh.parts)
     if suffix == ".3mf" and mesh.images is not None:
-        pass  # the image shows the materials
+        pass  # the new texture contains the colours of the materials
     elif suffix in (".ply", ".vtp", ".3mf", *FLAT):
         lost += ["its materials"] * bool(mesh.materials)
     elif mesh.images is not None and mesh.images.moved:

@@ -60,7 +60,7 @@ class ImageMap:
     nearest : bool
         Whether a lookup returns the nearest pixel instead of interpolating.
     tiles : mapping of int to callable
-        For an image of UDIM tiles, functions such as `read` by the page of the tile.
+        For an image that consists of UDIM tiles, a function like `read` for each page.
     """
 
     kind: str

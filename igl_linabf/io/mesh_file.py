@@ -204,9 +204,10 @@ class MeshFile:
         return replace(self, TC=map_[used], texture=np.where(is_free, -1, number[given]), first=None)
 
     def fill_bare_corners(self) -> MeshFile:
-        """Return the mesh with a place for corners without texture coordinates.
+        """Return the mesh with texture coordinates at all corners.
 
-        It is the place where glTF viewers look up images for such corners: (0, 0) with v downwards.
+        Corners without texture coordinates get (0, 0) with v downwards, the position that glTF viewers use
+        for such corners.
         """
 
         def fill(TC: FloatArray, rows: IntArray) -> tuple[FloatArray, IntArray]:

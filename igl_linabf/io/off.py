@@ -122,7 +122,7 @@ def _scale_to_unit(colours: FloatArray) -> FloatArray:
 def _parse_face_colours(rows: list[bytes], sizes: list[int]) -> tuple[FloatArray | None, bool]:
     """Return the colours at the ends of face lines, and whether any line ends with other values."""
     blank = np.frombuffer(b"\n".join([b"", *rows]), dtype=np.uint8) <= SPACE
-    if np.count_nonzero(blank[:-1] & ~blank[1:]) == sum(sizes) + len(sizes):  # number of words
+    if np.count_nonzero(blank[:-1] & ~blank[1:]) == sum(sizes) + len(sizes):  # no words after the indices
         return None, False
     colours, other = np.full((len(rows), 4), np.nan), False
     for colour, row, k in zip(colours, rows, sizes, strict=True):

@@ -14,8 +14,8 @@ from .._types import FloatArray
 from ..errors import MemoryLimitError, MeshError
 from ..linalg import has_free_memory
 
-PIXEL_MODES = {"1": 1, "L": 255, "LA": 255, "RGB": 255, "RGBA": 255, "I;16": 65535}  # largest values
-PIXEL_BYTES = 40  # memory per pixel while an image is read
+PIXEL_MODES = {"1": 1, "L": 255, "LA": 255, "RGB": 255, "RGBA": 255, "I;16": 65535}  # largest pixel values
+PIXEL_BYTES = 40  # estimated bytes of memory per pixel while an image is read
 VALUES_AT_ONCE = 1 << 22  # number of values to convert at a time, to bound the memory
 CHANNELS = {1: "L", 2: "LA", 3: "RGB", 4: "RGBA"}  # Pillow modes by number of channels
 

@@ -76,7 +76,7 @@ class Folder:
         return not self._look_up(name)[1]
 
     def enter(self, path: Path) -> "Folder":
-        """Return the folder `path` of a file that was found by a reference, with the same root folder."""
+        """Return `path`, the folder of a referenced file, as a `Folder` with the same root."""
         return Folder(path, self.allow_outside, self.root or self.path)
 
     def relocate(self, name: str, new: Path) -> str:

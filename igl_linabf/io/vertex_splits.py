@@ -13,7 +13,7 @@ from ..errors import MeshError, MeshWarning, stack_level
 from .mesh_file import MeshFile
 
 MAX_OFFSET = 8  # a mesh with larger coordinates, in units of its extent, is written with a translation
-# maximum rounding errors without a warning, relative to the extent; TC: half a texel of 16,384
+# Largest rounding errors without a warning, relative to the extent. For TC: half a texel of 16,384 texels.
 ROUNDING_TOLERANCES = {"V": 1e-6, "TC": 0.5 / 16384}
 
 
@@ -103,7 +103,7 @@ def split_with_stable_indices(mesh: MeshFile, normals: bool = False) -> SplitVer
 
 
 def find_unique_tuples(*indices: IntArray) -> tuple[list[IntArray], IntArray]:
-    """Return the unique rows of several index arrays, an array per column, and the row at each position."""
+    """Return the unique rows of index arrays (one array per column), and the unique row at each position."""
     key = indices[0]
     for index in indices[1:]:  # compress the keys after each index to avoid overflow
         key = key * (int(index.max(initial=0)) + 1) + index

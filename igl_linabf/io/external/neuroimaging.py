@@ -36,7 +36,7 @@ VOLUME = "the volume that it was made from"
 
 @dataclass(frozen=True, eq=False)
 class GiftiFile:
-    """The nibabel image of a GIFTI file, and descriptions of its contents that a new GIFTI file keeps."""
+    """The nibabel image of a GIFTI file, and names of the contents that are copied to a new GIFTI file."""
 
     image: Any
     kept: tuple[str, ...] = (METADATA, LABELS, ARRAYS)
@@ -44,7 +44,7 @@ class GiftiFile:
 
 @dataclass(frozen=True)
 class FreeSurferFile:
-    """The trailer of a surface file: the geometry of its volume, and the commands that created it."""
+    """The trailer of a FreeSurfer surface: the geometry of the MRI volume, and the commands that were run."""
 
     trailer: bytes
     kept: tuple[str, ...] = (VOLUME,)
@@ -93,7 +93,7 @@ def _check_gifti(path: Path) -> None:
     refuse_entities(data)
     for start in (found.end() for found in GIFTI_DATA_PATTERN.finditer(data)):
         text = data[start : data.find(b"<", start)].strip()
-        if text[:1].isalpha():  # base64 of zlib data; a number begins uncompressed text
+        if text[:1].isalpha():  # zlib data in base64; uncompressed data begin with a number
             with suppress(binascii.Error):  # nibabel reports invalid base64
                 packed = base64.b64decode(text)
                 if packed[:1] == ZLIB_MAGIC:
@@ -150,9 +150,9 @@ def save_gifti(temporary: str, mesh: MeshFile, path: Path) -> None:
 
 
 def _select_rows(arrays: list[Any], vertex: IntArray | None, n: int) -> list[Any]:
-    """Return the arrays that have n rows, one per vertex, with the rows in `vertex` only.
+    """Return the rows `vertex` of each array that has n rows, one per vertex; discard all other arrays.
 
-    If `vertex` is None, the vertices have not changed, and all arrays are returned.
+    If `vertex` is None, return all arrays unchanged.
     """
     if vertex is None:
         return arrays

@@ -20,7 +20,8 @@ from ..vertex_splits import split_vertices, to_single_precision
 PATCH_MAGIC = b"\xff" * 4  # the integer -1; surface files begin with other bytes
 ROW_DTYPE = np.dtype([("vertex", ">i4"), ("place", ">f4", 3)])
 
-# Surface files whose mean lies midway between white matter and pial surface, or close to it; best first.
+# Names of one or two surface files whose average is close to the surface midway between white matter and
+# pial surface, best first.
 SURFACE_NAMES = (
     ("fiducial",),
     ("midthickness",),
@@ -100,7 +101,7 @@ def parse_patch(path: Path, surface: MeshFile) -> MeshFile:
     if remarks:
         message = f"{path} is read {'; '.join(remarks)}"
         warnings.warn(message, MeshWarning, stacklevel=stack_level())
-    # contents that only the surface file has, such as its volume, do not apply to the patch
+    # do not warn that contents of the surface file, such as its MRI volume, are lost
     extras = replace(surface.extras, unshared=(), source=Patch(border))
     mesh = MeshFile(surface.V, Polygons.of_triangles(F[found.rows]), extras=extras)
     if rows["place"][:, 2].any():
@@ -134,9 +135,8 @@ def _read_rows(data: bytes) -> NDArray[Any]:
 def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write a flat patch: the number of each vertex on the surface, and its position in the plane.
 
-    Numbers count from 1, and are negative for border vertices: the border of the patch that was read, or
-    otherwise the boundary vertices of the surface. The triangles are not stored, because the surface file
-    has them.
+    Vertex numbers count from 1, and are negative for border vertices. The border is the border of the patch
+    that was read, or otherwise the boundary of the surface. A patch file stores no triangles.
     """
     split = split_vertices(mesh)
     vertex, times = np.unique(split.vertex, return_counts=True)

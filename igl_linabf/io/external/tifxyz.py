@@ -68,8 +68,8 @@ def read_tifxyz(path: str | os.PathLike[str], *, mask: bool = True) -> Segment:
     Parameters
     ----------
     path : path of a folder
-        With the images `x.tif`, `y.tif` and `z.tif` and the file `meta.json`. Points are missing if z is not
-        positive or a coordinate is not finite.
+        The folder contains the images `x.tif`, `y.tif` and `z.tif` and the file `meta.json`. Points are
+        missing if z is not positive or a coordinate is not finite.
     mask : bool
         Whether an image `mask.tif` removes the points where its first channel is below 255. The size of the
         image is the size of the grid, or a multiple of it.
@@ -81,7 +81,7 @@ def read_tifxyz(path: str | os.PathLike[str], *, mask: bool = True) -> Segment:
     Raises
     ------
     MeshError
-        A file is damaged, the images differ in size, or `meta.json` is not the description of a segment.
+        A file is damaged, the images differ in size, or `meta.json` does not describe a segment.
     ImportError
         tifffile is missing.
     OSError

@@ -14,14 +14,14 @@ from ..vertex_splits import split_vertices
 from .checked_meshes import make_checked_mesh_file
 from .vtk_sizes import check_announced_sizes
 
-# VTK's codes of three attributes, and the total number of attributes.
+# VTK's codes for normals, texture coordinates and tangents, and the number of these codes.
 NORMALS, TEXTURE, TANGENTS, ATTRIBUTES = 2, 3, 10, 11
 NEW_TEXTURE = "Texture Coordinates"
 
 
 @dataclass(frozen=True, eq=False)
 class VtpFile:
-    """The pyvista mesh of a VTP file, and descriptions of its contents that a new VTP file keeps."""
+    """The pyvista mesh of a VTP file, and names of the contents that are copied to a new VTP file."""
 
     mesh: Any
     kept: tuple[str, ...]
@@ -90,9 +90,9 @@ def _read_cells(pyvista: Any, cells: Any) -> tuple[IntArray, IntArray]:
 
 
 def triangulate_strip_cells(mesh: Any) -> Any:
-    """Return the mesh with its triangle strips replaced by triangles, which get the data of their strip.
+    """Return the mesh with its triangle strips replaced by triangles; each one gets its strip's cell data.
 
-    VTK's own filter produces incorrect cell data.
+    VTK's own triangle filter is not used, because it produces incorrect cell data.
     """
     pyvista = import_optional("pyvista")
     (corners, sizes), (of_strips, lengths) = (

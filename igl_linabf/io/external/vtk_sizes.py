@@ -15,7 +15,7 @@ WIDTH_PATTERN = re.compile(rb"""NumberOfComponents\s*=\s*["'](\d+)["']""")
 ARRAY_PATTERN = re.compile(rb"<(?:Data)?Array\b([^>]*)>")
 ATTRIBUTE_PATTERN = re.compile(rb"""(\w+)\s*=\s*["']([^"']*)["']""")
 APPENDED_PATTERN = re.compile(rb"<AppendedData([^>]*)>\s*_")
-MAX_DIGITS = 18  # longer decimal numbers are refused
+MAX_DIGITS = 18  # maximum number of decimal digits of a size that a file announces
 
 
 def check_announced_sizes(data: bytes) -> None:

@@ -15,7 +15,8 @@ FEATURES, METADATA, INSTANCES = "EXT_mesh_features", "EXT_structural_metadata", 
 VIEW_KEYS = ("values", "arrayOffsets", "stringOffsets")  # references to buffer views in METADATA
 # Keys whose values are accessor numbers; all values in "attributes" are accessor numbers, too.
 ACCESSOR_KEYS = {"indices", "input", "output", "inverseBindMatrices"}
-# Extensions that remain valid: vertices, accessors and buffer views they refer to are renumbered with them.
+# Extensions that remain valid in a new file, because their references to vertices, accessors and buffer views
+# are renumbered.
 KNOWN_EXTENSIONS = (
     *(FEATURES, METADATA, INSTANCES, "EXT_instance_features", "FB_ngon_encoding"),
     *("KHR_materials_*", "EXT_materials_*", "KHR_texture_*", "EXT_texture_*", "MSFT_texture_dds"),

@@ -67,16 +67,16 @@ def find_texture_uses(text: dict[str, Any]) -> list[TextureUse]:
 
 
 def count_stale_textures(text: dict[str, Any], coordinates: int = 0) -> int:
-    """Return the number of textures whose texture coordinates, with this number, have been replaced."""
+    """Return the number of textures that use the given, replaced set of texture coordinates."""
     return len(
         {use.holder[use.key]["index"] for use in find_texture_uses(text) if use.coordinates == coordinates}
     )
 
 
 def drop_stale_images(text: dict[str, Any]) -> None:
-    """Remove the textures and images that only materials use, with the first texture coordinates.
+    """Remove the textures and images that are only used by materials with the first texture coordinates.
 
-    References to removed textures keep their samplers, and get the index -1 until they are replaced.
+    References to removed textures store their samplers, and get the index -1 until they are replaced.
     """
     old = [use for use in iterate_texture_uses(text.get("materials", [])) if use.coordinates == 0]
     ids = {(id(use.holder), use.key) for use in old}
@@ -105,7 +105,7 @@ def drop_stale_images(text: dict[str, Any]) -> None:
 
 
 def find_sampler(text: dict[str, Any], info: dict[str, Any]) -> dict[str, Any] | None:
-    """Return the sampler of a texture reference, even if the texture has been removed; None by default."""
+    """Return the sampler of a texture reference, even if the texture has been removed; None without one."""
     if info["index"] < 0:
         return info.get(SAMPLER)
     number = text["textures"][info["index"]].get("sampler")
@@ -113,7 +113,7 @@ def find_sampler(text: dict[str, Any], info: dict[str, Any]) -> dict[str, Any] |
 
 
 def find_image_maps(gltf: Gltf, material: dict[str, Any], coordinates: int = 0) -> tuple[ImageMap, ...]:
-    """Return the images of a material that use the texture coordinates with this number."""
+    """Return the images of a material that use the given set of texture coordinates."""
     uses = [use for use in iterate_texture_uses(material) if use.coordinates == coordinates]
     return tuple(_make_image_map(gltf, use) for use in uses)
 
@@ -163,7 +163,7 @@ def _read_image(gltf: Gltf, number: int | None) -> bytes:
 
 
 def has_texture_transforms(text: dict[str, Any], coordinates: int = 0) -> bool:
-    """Return True if a transform changes the texture coordinates with this number before the image lookup."""
+    """Return True if a transform changes the given set of texture coordinates before the image lookup."""
     uses = [use for use in find_texture_uses(text) if use.coordinates == coordinates]
     transforms = [use.holder[use.key].get("extensions", {}).get(TEXTURE_TRANSFORM, {}) for use in uses]
     return any({"offset", "rotation", "scale"} & set(transform) for transform in transforms)

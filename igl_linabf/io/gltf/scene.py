@@ -234,7 +234,7 @@ def find_placements(gltf: Gltf) -> dict[int, Placement]:
 
 
 def _drop_collapsing_matrix(placement: Placement, area: float) -> Placement:
-    """Return the placement, without its linear map if this would shrink the mesh to area zero."""
+    """Return the placement, without its linear map if this map would shrink the mesh to zero area."""
     if area > 0:
         return placement
     matrix = np.eye(4)
@@ -243,7 +243,7 @@ def _drop_collapsing_matrix(placement: Placement, area: float) -> Placement:
 
 
 def _compute_area_scales(matrices: FloatArray) -> FloatArray:
-    """Return the area scale factors of transforms (k, 4, 4): the norm of the factors of the axis planes."""
+    """Return the area scale of each transform (k, 4, 4): the norm of its scales in the three axis planes."""
     a, b, c = np.moveaxis(matrices[:, :3, :3], 2, 0)
     with np.errstate(all="ignore"):
         planes = np.hstack([np.cross(a, b), np.cross(b, c), np.cross(c, a)])

@@ -80,7 +80,7 @@ def add_images(
         material[SHADING] = {**shading, "metallicFactor": 0, COLOUR: {"index": textures[pages.get(i, 0)]}}
     for mesh in text["meshes"]:
         for primitive in mesh["primitives"]:
-            if "COLOR_0" in primitive["attributes"]:  # a name with an underscore, which viewers ignore
+            if "COLOR_0" in primitive["attributes"]:  # viewers ignore names that begin with an underscore
                 primitive["attributes"]["_COLOR_0"] = primitive["attributes"].pop("COLOR_0")
 
 
@@ -104,7 +104,7 @@ def _replace_images(
     _drop_unused_textures(text)
     known: dict[bytes, int] = {}
     for holder, key, info, page, sampler in uses:
-        if sampler is not None and images.pages > 1:  # later pages leave the unit square
+        if sampler is not None and images.pages > 1:  # clamping would damage pages outside the unit square
             sampler = {key_: value for key_, value in sampler.items() if key_ not in ("wrapS", "wrapT")}
         image = _add_image(text, put, images.maps[key][page], known)
         holder[key] = {**info, "index": _add_texture(text, image, sampler)}

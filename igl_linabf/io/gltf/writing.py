@@ -73,7 +73,7 @@ class Buffer:
             data = np.pad(data.view(np.uint8).reshape(len(data), -1), ((0, 0), (0, -width % 4)))
             view_properties["byteStride"] = data.shape[1]
         accessor["bufferView"] = self.put(data.tobytes(), **view_properties)
-        if accessor["type"] == ACCESSOR_TYPES[3] and np.isfinite(rows).all():  # bounds of positions
+        if accessor["type"] == ACCESSOR_TYPES[3] and np.isfinite(rows).all():  # required for positions
             accessor |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
         self.accessors.append(accessor)
         return len(self.accessors) - 1
@@ -108,7 +108,7 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     warn_of_error(error, "V")
     for map_ in (mesh.TC, None if mesh.first is None else mesh.first[0]):
         if map_ is not None:
-            to_single_precision(map_, "TC")  # only to warn; primitives store their own rows
+            to_single_precision(map_, "TC")  # only to warn about rounding; the result is not used
     # readers such as trimesh discard texture coordinates without a material
     materials = [make_gltf_material(look, name) for look, name in zip(looks, material_names, strict=True)]
     materials += [make_gltf_material(Material())] * bool((material < 0).any())

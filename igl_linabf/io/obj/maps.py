@@ -9,13 +9,13 @@ from ..parsing import encode_utf8, parse_numbers
 from ..references import Folder
 
 KIND_OF_KEYWORD = {word.lower(): kind for kind, word in MTL_KEYWORDS.items()}
-OPTION_LENGTHS = {  # maximum number of arguments; if it exceeds one, the arguments are numbers
+OPTION_LENGTHS = {  # maximum number of arguments of each MTL option; several arguments are always numbers
     **dict.fromkeys(("-blendu", "-blendv", "-bm", "-boost", "-cc", "-clamp", "-imfchan"), 1),
     **dict.fromkeys(("-texres", "-type"), 1),
     "-mm": 2,
     **dict.fromkeys(("-o", "-s", "-t"), 3),
 }
-PLACEMENT_OPTIONS = ("-o", "-s", "-t", "-clamp", "-texres")  # apply to old coordinates only
+PLACEMENT_OPTIONS = ("-o", "-s", "-t", "-clamp", "-texres")  # invalid for new texture coordinates
 
 
 def attach_maps(look: Material, folder: Folder) -> Material:

@@ -201,7 +201,7 @@ def load_looks(extras: Extras, folder: Folder) -> Extras:
                 found = materials | found  # the first definition of a material takes precedence
     if not found:
         return extras
-    names = extras.materials[0]  # a name may end with a comment
+    names = extras.materials[0]  # after `usemtl`, a name may be followed by a comment
     looks = [found.get(name) or found.get(name.partition(" #")[0].rstrip()) for name in names]
     return replace(extras, looks=tuple(look or Material() for look in looks))
 
@@ -251,7 +251,7 @@ def _group_by_statement(lines: list[bytes]) -> dict[bytes, IntArray]:
 
 
 def _parse_vertices(lines: list[bytes], rows: IntArray) -> tuple[FloatArray, FloatArray | None, bool]:
-    """Return positions, vertex colours or None, and whether any value after these differs from 1.
+    """Return positions, vertex colours or None, and whether any vertex weight differs from 1.
 
     Colours are stored from 0 to 1, or as integers up to 255; vertices without a colour are white.
     """

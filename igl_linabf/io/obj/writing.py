@@ -27,9 +27,9 @@ from ..parsing import FaceLabels, encode_utf8, parse_name
 from ..references import Folder
 from .reading import LIBRARY_KEYWORD, ObjText, parse_library_names
 
-# Elements other than faces that may refer to texture coordinates.
+# OBJ statements, other than faces, that may refer to texture coordinates, and their descriptions.
 MAPPED_ELEMENTS = {b"l": "polylines (l)", b"surf": "free-form surfaces (surf)"}
-# Statements that refer to several files (None), to one file (0), or to one file with arguments (1).
+# OBJ statements that refer to several files (None), to one file (0), or to one file with arguments (1).
 FILE_STATEMENTS = {LIBRARY_KEYWORD: None, b"maplib": None, b"shadow_obj": 0, b"trace_obj": 0, b"call": 1}
 
 

@@ -36,7 +36,7 @@ TYPE_CODES = {
 }  # PLY allows two names of each type, such as char and int8
 BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 INTEGER_TYPES = [name for name, kind in TYPE_CODES.items() if kind[0] != "f"]
-TEXTURE_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # texture coordinates; programs differ
+TEXTURE_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # names that programs give to (u, v)
 COLOUR_NAMES: tuple[tuple[str, ...], ...] = (
     ("red", "green", "blue", "alpha"),
     ("red", "green", "blue"),
@@ -124,7 +124,7 @@ def select_second_coordinates(mesh: MeshFile, source: PlyTables) -> MeshFile:
 def _select_coordinates(
     mesh: MeshFile, tables: dict[str, Table], of_corners: str, of_vertices: Iterable[tuple[str, ...]]
 ) -> MeshFile:
-    """Return a mesh with the texture coordinates that properties of corners or vertices have, if any."""
+    """Return the mesh with texture coordinates from a corner property, or otherwise vertex properties."""
     at_corners = tables["face"].get(of_corners)
     if at_corners is not None and (np.asarray(at_corners.sizes) == 2 * mesh.polygons.sizes).all():
         pairs = np.ascontiguousarray(at_corners.values, dtype=np.float64).view(np.complex128)

@@ -19,7 +19,7 @@ TRIANGLE_ATTRIBUTES = {b"v1", b"v2", b"v3", b"p1", b"p2", b"p3", b"pid"}
 
 
 def check_package(path: str) -> None:
-    """Raise `Damaged` if the parts of a package become too large, or declare entities."""
+    """Raise `Damaged` if a 3MF package is too large after decompression, or declares XML entities."""
     size, taken = Path(path).stat().st_size, 0
     with ZipFile(path) as package:
         for entry in package.infolist():
@@ -28,7 +28,7 @@ def check_package(path: str) -> None:
                 if entry.filename.lower().endswith(XML_SUFFIXES):
                     refuse_entities(head)
                 chunk = head
-                while chunk:  # count the bytes, because the archive's directory may state wrong sizes
+                while chunk:  # count the bytes, because the sizes in the ZIP directory may be wrong
                     taken += len(chunk)
                     check_expansion(taken, size, "its decompressed parts")
                     chunk = file.read(CHUNK)

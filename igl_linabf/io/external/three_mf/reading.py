@@ -46,7 +46,7 @@ class PlacedMesh(NamedTuple):
 
 @dataclass(frozen=True)
 class ThreeMfFile:
-    """The contents of a 3MF file that only 3MF can store, and that a new 3MF file keeps.
+    """The contents of a 3MF file that no other format can store. A new 3MF file gets a copy of them.
 
     Attributes
     ----------

@@ -50,7 +50,7 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
         used, F = np.unique(mesh.triangles[in_part], return_inverse=True)
         mesh_object = model.AddMeshObject()
         mesh_object.SetName(names[i] if i >= 0 else "")
-        # lib3mf writes translations with six digits, in single precision
+        # round the origin in the same way as lib3mf: to six digits, in single precision
         origin = np.array([float(np.float32(f"{x:.6g}")) for x in choose_origin(mesh.V[used])])
         shifted = mesh.V[used] - origin
         decimals = min(decimals, _count_decimals(shifted), _count_decimals(mesh.TC))

@@ -14,7 +14,7 @@ from .draco import DracoMesh, decode_draco, read_counts
 
 INDEX_BYTES = 4  # bytes of a decoded index
 INDEX_SIZES = (2, 4)  # bytes of an index that meshopt encodes
-# bytes of a row that each filter allows; all other filters allow multiples of 4
+# Row sizes in bytes that each meshopt filter allows. All other filters allow multiples of 4.
 FILTER_STRIDES = {"OCTAHEDRAL": (4, 8), "QUATERNION": (8,), "COLOR": (4, 8)}
 
 
@@ -56,7 +56,7 @@ class _Decoder:
         self.meshes = dict[int, DracoMesh]()  # decoded data by buffer view
 
     def finish(self) -> Gltf:
-        """Return the file with the additional buffer, and without the names of the extensions."""
+        """Return the file with the decoded data as a new buffer, and without its compression extensions."""
         text = self.gltf.text
         if not self.names:
             return self.gltf
@@ -65,7 +65,7 @@ class _Decoder:
                 text[key] = [name for name in text[key] if name not in self.names]
                 if not text[key]:
                     del text[key]
-        for buffer in text["buffers"]:  # which may be marked as one without data
+        for buffer in text["buffers"]:  # a meshopt extension may mark a buffer as having no data
             extensions = {k: v for k, v in buffer.pop("extensions", {}).items() if k not in self.names}
             buffer |= {"extensions": extensions} if extensions else {}
         text["buffers"].append({"byteLength": self.size})
@@ -98,7 +98,7 @@ class _Decoder:
         self.names.add(name)
 
     def decode_primitive(self, primitive: dict[str, Any], place: str) -> None:
-        """Replace the data of a primitive that is compressed by Draco, unless it also has other data."""
+        """Replace a primitive's data compressed by Draco, unless it also has uncompressed data."""
         text = self.gltf.text
         mark = primitive["extensions"].pop(DRACO)
         if not primitive["extensions"]:
@@ -126,7 +126,7 @@ class _Decoder:
     def _decode_draco(self, number: int, n_attributes: int, place: str) -> DracoMesh:
         data = self.gltf.view(number)
         vertices, triangles = read_counts(data)
-        row = n_attributes * WIDTHS["VEC4"] * INDEX_BYTES  # the largest row of attributes of 32 bits
+        row = n_attributes * WIDTHS["VEC4"] * INDEX_BYTES  # upper bound on the bytes per vertex
         self._reserve(3 * INDEX_BYTES * triangles + row * vertices, place)
         return decode_draco(data)
 
@@ -154,7 +154,7 @@ class _Decoder:
         return number
 
     def _put(self, data: bytes) -> dict[str, Any]:
-        """Append data, and return the place of their buffer view."""
+        """Append data, and return the buffer view that contains them."""
         place = {"buffer": self.buffer, "byteOffset": self.size, "byteLength": len(data)}
         self.parts.append(data + b"\0" * (-len(data) % 4))
         self.size += len(self.parts[-1])

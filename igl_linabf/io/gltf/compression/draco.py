@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from ...parsing import Damaged, call_reader, import_optional
 
-MAGIC, ENCODER, FLAGS, HEADER_SIZE = b"DRACO", 7, slice(9, 11), 11  # places of the header, in bytes
-IS_MESH, EDGEBREAKER, HAS_METADATA = 1, 1, 0x8000  # values in the header
+MAGIC, ENCODER, FLAGS, HEADER_SIZE = b"DRACO", 7, slice(9, 11), 11  # byte offsets in the header of Draco data
+IS_MESH, EDGEBREAKER, HAS_METADATA = 1, 1, 0x8000  # values and flags in the header of Draco data
 
 
 class DracoMesh(NamedTuple):
@@ -29,9 +29,9 @@ def decode_draco(data: bytes) -> DracoMesh:
 
 
 def read_counts(data: bytes) -> tuple[int, int]:
-    """Return the numbers of vertices and triangles that compressed data declare.
+    """Return the numbers of vertices and triangles that data compressed by Draco declare.
 
-    They are 0 if metadata precede the numbers.
+    Return 0, 0 if metadata precede these numbers.
     """
     if data[:5] != MAGIC or len(data) < HEADER_SIZE or data[ENCODER] != IS_MESH:
         raise Damaged("its data compressed by Draco are not a mesh")
