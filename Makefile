@@ -32,7 +32,7 @@ mypy-%:
 pytest: .venv/ready
 	$(PY) -m pytest -n 2 --dist loadfile -m "not slow"
 
-# ROOM="angles layouts" runs only those of these rooms
+# ROOM="angles layouts" runs only the mutants of these subpackages
 mutants: .venv/ready
 	$(PY) scripts/mutants.py $(ROOM)
 

@@ -3,7 +3,7 @@
     python benchmarks/autoflatten_peer.py PATCH SURFACE MAPS.npz OUT.npz [run]
 
 benchmarks/cortex.py runs this script. MAPS.npz contains V and F of the patch and maps of its vertices. The
-script writes OUT.npz: for each map, the mean error of the distances over the mean distance, at the scale of
+script writes OUT.npz: for each map, the mean error of distances divided by the mean distance, at the scale of
 the map and at the scale with the smallest error. With `run`, it also writes the map of autoflatten and its
 time in seconds.
 """

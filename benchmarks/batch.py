@@ -2,7 +2,7 @@
 
     python benchmarks/batch.py [--meshes 1000] [--largest 50000] [--rounds 4] [--small 200] [--lossy 200]
 
-The meshes are the meshes in IGL_LINABF_MESHES with at least 500 triangles, and random disks and spheres of
+The meshes are all meshes of IGL_LINABF_MESHES with at least 500 triangles, and random disks and spheres of
 500 to 50,000 triangles. Each round unwraps a part of the meshes on one worker and on two workers. Some meshes
 go to a cluster that loses a worker. A thousand meshes take about eight minutes on two cores. Prints Markdown.
 """

@@ -109,7 +109,7 @@ def format_row(name: str, triangles: int, program: str, row: Figures) -> str:
 
 
 def compare(peer: Peer) -> tuple[list[str], list[tuple[Figures, Figures]]]:
-    """Return the rows of a program, and pairs of figures: of the program, and of `unwrap` at its energy."""
+    """Return table rows of a program, and pairs of figures: its own, and of `unwrap` at equal energy."""
     rows, pairs = [], []
     for name, V, F in peer.meshes:
         try:

@@ -1,5 +1,4 @@
-"""Compare prescribed boundaries with a free boundary: F/3nt, L2 stretch, flips, solves, time over the free
-map.
+"""Compare prescribed boundaries with a free boundary: F/3nt, L2 stretch, flips, solves and relative time.
 
     python benchmarks/boundaries.py [--repeat 3]
     python benchmarks/boundaries.py --bff bff-command-line
@@ -53,7 +52,7 @@ def cut_open(mesh: Mesh) -> Mesh:
 
 
 def shape_error(result: Flattening, loop: np.ndarray) -> float:
-    """Return how far a loop is from its circle or upright rectangle, over the size of the shape."""
+    """Return how far a loop is from its circle or upright rectangle, relative to the size of the shape."""
     z = result.uv[loop]
     if len(result.report.corners):
         low, high = (end(result.uv[result.report.corners], axis=0) for end in (np.min, np.max))
@@ -63,7 +62,7 @@ def shape_error(result: Flattening, loop: np.ndarray) -> float:
 
 
 def circle_error(z: np.ndarray) -> float:
-    """Return the range of the distances from the centre of the best-fit circle, over their mean."""
+    """Return the range of the distances from the centre of the best-fit circle, relative to their mean."""
     centre = np.linalg.lstsq(np.column_stack((z, np.ones(len(z)))), (z**2).sum(axis=1), rcond=None)[0][:2] / 2
     radius = np.linalg.norm(z - centre, axis=1)
     return float(np.ptp(radius) / radius.mean())

@@ -6,13 +6,14 @@
 
 The meshes are the Stanford bunny and the meshes of kind closed in IGL_LINABF_MESHES. Prints Markdown.
 
---bff names the command of https://github.com/GeometryCollective/boundary-first-flattening. It chooses the
-cones; without it, `find_cones` does, and BFF has no columns. Surfaces with handles have no result of
-BFF, because it leaves curvature along whole loops around the handles, not only at cones.
+--bff names the command of https://github.com/GeometryCollective/boundary-first-flattening. This command
+chooses the cones. Without --bff, `find_cones` chooses the cones, and the table has no columns for BFF.
+Surfaces with handles have no result of BFF, because it leaves curvature along whole loops around the handles,
+not only at cones.
 
---speed prints two ratios of times, for meshes subdivided to about 100,000 triangles: the map with cones over
-`flatten` on the cut surface (without and with the search for the seam and the cut), and `unwrap` with cones
-over `unwrap` along the same seams. Set OMP_NUM_THREADS=1.
+--speed prints two ratios of times, for meshes subdivided to about 100,000 triangles: the map with cones
+relative to `flatten` on the cut surface (without and with the search for the seam and the cut), and `unwrap`
+with cones relative to `unwrap` along the same seams. Set OMP_NUM_THREADS=1.
 
 --period prints the growth of the distortion of quarter cones with the period of a texture.
 """
@@ -81,7 +82,7 @@ def run_bff(command: str, V: np.ndarray, F: np.ndarray) -> tuple[str, np.ndarray
 
 
 def print_speed() -> None:
-    """Print the time of maps with cones over the time with a free boundary (medians, one thread)."""
+    """Print the time of maps with cones relative to the time with a free boundary (medians, one thread)."""
     print(
         "| mesh | triangles | cones | with the cutting | whole | quarter cones | with the cutting | whole |"
     )

@@ -1,13 +1,13 @@
-"""Halve and double each numeric constant of a room, and compare the maps.
+"""Halve and double each numeric constant of a subpackage, and compare the maps.
 
-    python benchmarks/constants.py charts.packing          # a room, with the rooms within it
+    python benchmarks/constants.py charts.packing          # a subpackage and its own subpackages
     python benchmarks/constants.py charts --only STRETCH   # only constants whose names contain this word
 
-A constant is a number or a tuple of numbers that a module of the room assigns to a name in capitals at its
-top level. Each row of the table is a constant at half or twice its value, measured in a separate process. The
-row has the number of results that change, and the medians before and after over these results: number of
-charts, length of the seams over the size of the mesh, L2 stretch, F/3nt, share of the pages that is filled,
-and flips. If IGL_LINABF_MESHES is set, the meshes in that folder are included. Prints Markdown.
+A constant is a number or a tuple of numbers that a module of the subpackage assigns to a name in capitals at
+its top level. Each row of the table is a constant at half or twice its value, measured in a separate process.
+The row has the number of results that change, and the medians before and after over these results: number of
+charts, length of the seams relative to the size of the mesh, L2 stretch, F/3nt, share of the pages that is
+filled, and flips. If IGL_LINABF_MESHES is set, the meshes in that folder are included. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def find_constants(tree: ast.Module) -> Iterator[tuple[str, ast.Assign | ast.Ann
 
 
 def find_constants_of_room(room: str) -> Iterator[tuple[str, str]]:
-    """Yield module and name of each constant of a room and the rooms within it."""
+    """Yield module and name of each constant of a subpackage and of its own subpackages."""
     place = PACKAGE.joinpath(*room.split("."))
     for path in sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]:
         module = ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
@@ -136,7 +136,7 @@ def meshes() -> Iterator[tuple[str, object, object]]:
 
 
 def make_calls(room: str, V: object, F: object) -> dict[str, Callable[[], object]]:
-    """Return the calls on one mesh whose results may depend on the constants of a room."""
+    """Return the calls on one mesh whose results may depend on the constants of a subpackage."""
     import igl_linabf as il
 
     if room.startswith(("charts.cones", "charts.periodic")):
@@ -176,7 +176,7 @@ def compute_results(room: str) -> dict[str, list[object]]:
         for verb, call in make_calls(room, V, F).items():
             try:
                 result = call()
-            except Exception as error:  # errors are compared as results are
+            except Exception as error:  # errors are compared in the same way as results
                 results[f"{name}, {verb}"] = [f"{type(error).__name__}: {error}"]
                 continue
             atlas = hasattr(result, "TC")

@@ -4,8 +4,8 @@
 
 The matrices are the cotangent Laplacians of the interior vertices of two disks, camel_b and face, with
 subdivided triangles. Each matrix is analysed, factored and solved for two right-hand sides in a separate
-process. Times are medians; the largest matrices run once. Fill is the number of entries of the factor over
-the number of entries in the lower triangle of the matrix. Memory is the growth of the process at its peak
+process. Times are medians; the largest matrices run once. Fill is the number of entries of the factor divided
+by the number of entries in the lower triangle of the matrix. Memory is the growth of the process at its peak
 (Linux). `--largest N` takes the first N sizes.
 """
 

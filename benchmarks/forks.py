@@ -2,9 +2,9 @@
 
     python benchmarks/forks.py [--repeat 9] [--print]
 
-Each number is the time of `linabf` or `abf` with the fork switched off over the time with it, the minimum of
-several alternating runs. The numbers of inner steps are in parentheses. A fork is justified only if it makes
-a whole call 1.5 times as fast, or if the maps change without it.
+Each number is the time of `linabf` or `abf` without the fork divided by the time with the fork, the minimum
+of several alternating runs. The numbers of inner steps are in parentheses. A fork is justified only if it
+makes a whole call 1.5 times as fast, or if the maps change without it.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ from hard_surfaces import DEVELOPABLE, MACHINED, ROUNDED, plate_with_holes
 PLANE_BEND = np.radians(0.5)  # largest dihedral angle between two faces in one plane
 PLANE_SHARE = 0.01  # planes with a smaller share of the area do not count
 HARD_SHARE = 0.2  # a surface is hard if planes cover at least this share of its area
-MIRROR_TOLERANCE = 2e-3  # largest distance to the mirror image, over the size of the surface
+MIRROR_TOLERANCE = 2e-3  # largest distance to the mirror image, relative to the size of the surface
 MIRRORED_VERTICES = 0.95  # least share of the vertices that must have a mirror image
 
 

@@ -89,7 +89,7 @@ def bumpy_disk(triangles: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def print_disks() -> None:
-    """Print the table of disks: time of the isometric map over the time of `linabf`."""
+    """Print the table of disks: time of the isometric map relative to the time of `linabf`."""
     print("\n| disk of triangles | isometric / linabf | L2 stretch, isometric | linabf |\n|---|---|---|---|")
     for triangles in DISKS:
         V, F = bumpy_disk(triangles)
@@ -105,7 +105,7 @@ def print_disks() -> None:
 
 
 def print_floaters() -> None:
-    """Print the table of pages: texels per unit of length with floaters over texels without floaters."""
+    """Print the table of pages: ratio of the texel densities with and without floaters."""
     print("\n| mesh | charts | of floaters | texels per length, with / without them |\n|---|---|---|---|")
     for kind, noise in (("blob", NOISES[1]), ("box", NOISES[1])):
         V, F = generate_mesh(kind, SIZES["150k"], noise, 1)

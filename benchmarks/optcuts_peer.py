@@ -43,7 +43,7 @@ class OptCuts:
         """Return the atlas, at the scale of the mesh, and the CPU time."""
         with tempfile.TemporaryDirectory() as folder:
             igl.write_triangle_mesh(f"{folder}/mesh.obj", V, F)
-            # no window, initial weight of seams, name of the run, method, bound, without overlaps, first cut
+            # no window, mesh, initial weight of seams, name of the run, method, bound, no overlaps, first cut
             options = ["100", "mesh.obj", "0.999", "1", "0", str(BOUND), "1", "0"]
             start = resource.getrusage(resource.RUSAGE_CHILDREN)
             subprocess.run(

@@ -18,7 +18,7 @@ from sklearn.cluster import AgglomerativeClustering
 
 from igl_linabf.io import read_mesh
 
-MAX_TRIANGLES = 45_000  # of the largest mesh
+MAX_TRIANGLES = 45_000  # triangles of the largest mesh
 # the defaults of PartUV, with one thread and without a GPU
 OPTIONS = """
 pipeline: {threshold: 1.25, parallelDepth: 10, component_maxDepth: 10, checkSelfIntersection: false,

@@ -169,6 +169,6 @@ def unmirror(atlas: TexelAtlas) -> tuple[np.ndarray, int, np.ndarray]:
 
 
 def relative_seams(V: np.ndarray, F: np.ndarray, FTC: np.ndarray) -> float:
-    """Return the length of the seams over the square root of the area."""
+    """Return the length of the seams divided by the square root of the area."""
     a, b = V[texture_seams(F, FTC).T]
     return float(np.linalg.norm(a - b, axis=1).sum() / np.sqrt(igl.doublearea(V, F).sum() / 2))

@@ -1,4 +1,4 @@
-"""Write the figures of docs/performance.md: times over igl.lscm, stages, memory, growth, other programs.
+"""Write the figures of docs/performance.md: relative times, stages, memory, growth, other programs.
 
     python benchmarks/performance.py [--repeat 7] [--cpu] [--largest 2] [--build-peers FOLDER] [--print]
     python benchmarks/performance.py --huge [--cpu] [--print]
@@ -56,7 +56,7 @@ NATURAL = (
 GROWN = "igl_face"
 # number of pieces into which each triangle is split
 HUGE = {GROWN: (1, 4, 16, 64, 100), "igl_camelhead": (4, 16, 64, 256)}
-TURNS, FEW = 5, 10  # with fewer than FEW pieces per triangle, a surface is timed in TURNS processes
+TURNS, FEW = 5, 10  # surfaces with fewer than FEW pieces per triangle are timed in TURNS processes
 LARGE = 400_000  # above this number of triangles, only three runs, and no other programs
 Call = Callable[[], object]
 
@@ -231,7 +231,7 @@ def main() -> None:
 
 
 def measure_ratios(options: argparse.Namespace) -> str:
-    """Return the tables of times over `igl.lscm`, stages, growth, memory and other programs."""
+    """Return the tables of times relative to `igl.lscm`, stages, growth, memory and other programs."""
     bff = None if options.build_peers is None else Bff.build(options.build_peers)
     clock = process_time if options.cpu else perf_counter
     figures = Figures()

@@ -98,7 +98,7 @@ FOLDER = Path(tempfile.gettempdir())
 MEMORY = 4 << 30
 RUNS = 5
 PACKAGES = {MODULES.get(name, name) for name in READERS}
-# and the error types that a package defines
+# errors by which a reader refuses a file, in addition to the error types that its package defines
 REFUSALS = (ValueError, RuntimeError, OSError, NotImplementedError)
 SEPARATOR = " reads "  # separates package and suffix in the name of a kind of case
 PLACE = re.compile(r"\b(line|row|face|triangle|vert|element|byte)\w*\b.{0,30}?\d|\b(head|begin|end)", re.I)

@@ -78,7 +78,7 @@ SAME_MODEL = {
     "optcuts_male_body_i_f10000": "male",
     "optcuts_david_o_f10000": "david",
 }
-CLOSED = ("closed", "stress")  # kinds of meshes among which models of the paper are
+CLOSED = ("closed", "stress")  # kinds of meshes that include models of the paper
 # Section 6: F/3nt and L2 stretch of one step of ABF++, and of linear ABF
 ONE_STEP = {"horse": (8.847e-4, 1.89, 2.906e-4, 1.11), "dino": (2.794e-3, 2.937, 1.184e-3, 1.22)}
 DIFFERS = """\
@@ -107,7 +107,7 @@ class Row:
     exact: np.ndarray
     one_step: np.ndarray
     default: np.ndarray
-    tiny_corners: str  # where the default is worse than ABF
+    tiny_corners: str  # the triangle where the default is worst compared with ABF
 
     @property
     def ratio(self) -> float:
@@ -194,7 +194,7 @@ def format_row(row: Row, mesh: Mesh, programs: list[str]) -> str:
 
 
 def summarise(rows: list[Row]) -> Iterator[str]:
-    """Yield the sentences of the first paragraph, which is also the first paragraph of the page."""
+    """Yield the sentences of the summary, which is also the first paragraph of the page."""
     for row in rows:
         if row.name == "seamster_cow":
             paper = BY_MODEL[SAME_MODEL[row.name]]

@@ -1,4 +1,4 @@
-"""Measure the time of linabf over igl.lscm: medians in one process after a warm-up, with input checks.
+"""Measure the time of linabf relative to igl.lscm: medians in one process after a warm-up, with input checks.
 
     python benchmarks/timing.py [--repeat 5] [--solver auto|cholmod|direct] [--large] [MESH ...]
 

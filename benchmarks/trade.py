@@ -3,8 +3,8 @@
     python benchmarks/trade.py [--picture docs/images/trade.png]
 
 The models are the bunny, two generated models, and the cow, the horse and fandisk in IGL_LINABF_MESHES. Other
-programs are included if they are installed. Prints Markdown. With `--picture`, the script draws the stretch
-over the seams instead, with curves for `unwrap` and points for the other programs.
+programs are included if they are installed. Prints Markdown. With `--picture`, the script plots the stretch
+against the seam length instead, with curves for `unwrap` and points for the other programs.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ def print_table() -> None:
 
 
 def draw(path: str) -> None:
-    """Draw the stretch over the seams, one panel per model."""
+    """Draw the stretch against the seam length, one panel per model."""
     import matplotlib as mpl
 
     mpl.use("Agg")

@@ -1,4 +1,4 @@
-"""Measure maps of meshes with holes, without cuts: F/3nt, flips, closure residual, time over igl.lscm.
+"""Measure maps of meshes with holes, without cuts: F/3nt, flips, closure residual, relative time.
 
     python benchmarks/uncut.py [--repeat 5]
 

@@ -2,7 +2,7 @@
 
     python benchmarks/xatlas_calls.py [--limit 900] [--size 40k ...] [--by xatlas ...]
 
-The meshes are generated (benchmarks/generated.py, blob, noise 0.02). In the last one, patches of faces are
+The meshes are generated (benchmarks/generated.py, blob, noise 0.02). In the last mesh, patches of faces are
 doubled with the opposite orientation, as the output of generative models often is; about a quarter of its
 edges have three or four faces. Each call runs in a separate process, which is stopped after `--limit`
 seconds. CPU seconds count all threads. Stretch does not count flipped faces. xatlas is included if it is
@@ -31,7 +31,7 @@ from igl_linabf import overlaps, quality
 # points of the grid along an axis, and the share of faces that are doubled
 MESHES = {"40k": (82, 0.0), "150k": (147, 0.0), "400k": (220, 0.0), "455k": (213, 0.24)}
 PROGRAMS = {"igl_linabf": "igl_linabf.xatlas", "xatlas": "xatlas"}
-PATCH = 0.08  # size of the doubled patches, in units of the body, which is 2 wide
+PATCH = 0.08  # size of the doubled patches; the body has a width of 2
 HEADS = ("s", "CPU s", "MB", "charts", "seam / sqrt(area)", "L2 stretch", "flips", "overlaps")
 
 

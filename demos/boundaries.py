@@ -57,7 +57,7 @@ def sleeve(around: int = 48, along: int = 60) -> tuple[np.ndarray, np.ndarray, l
 
 
 def shape_error(result: Flattening, loop: np.ndarray) -> float:
-    """Return how far a loop is from its circle or upright rectangle, over the size of the map."""
+    """Return how far a loop is from its circle or upright rectangle, relative to the size of the map."""
     z = result.uv[loop]
     if result.report.boundary == "circle":
         system = np.column_stack((z, np.ones(len(z))))

@@ -24,7 +24,7 @@ from importlib import import_module
 # A subpackage is imported when one of its names is first used, so that importing `igl_linabf` is fast, and
 # the command responds to Ctrl-C while NumPy, SciPy and libigl are imported. The stub `__init__.pyi` is the
 # only list of names: its lines are `from .ROOM import NAME as NAME` or `from . import ROOM as ROOM`.
-with open(f"{__file__}i", encoding="utf-8") as _stub:  # importing pathlib would double the time
+with open(f"{__file__}i", encoding="utf-8") as _stub:  # importing pathlib would double the import time
     _IMPORTS = {words[3]: words[1] for words in map(str.split, _stub) if words[:1] == ["from"]}
 __all__ = sorted(name for name, room in _IMPORTS.items() if room != ".")
 

@@ -1,4 +1,4 @@
-"""Run the tests of a room on each mutant of tests/mutants.diff, and report the survivors.
+"""Run tests on each mutant of tests/mutants.diff, and report the survivors.
 
     python scripts/mutants.py [ROOM ...]
 
@@ -40,7 +40,7 @@ class Mutant:
     Attributes
     ----------
     room, property, tests : str
-        The room, the property that the fault breaks, and the tests as arguments of pytest.
+        The subpackage, the property that the fault breaks, and the tests as arguments of pytest.
     path : Path
         The file of the module.
     changes : list of (str, str)

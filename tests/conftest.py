@@ -219,7 +219,7 @@ def read_pixels(path: Path) -> np.ndarray:
 
 
 def best_fit_distance(uv: np.ndarray, onto: np.ndarray) -> float:
-    """Return the largest distance between two maps after the best similarity, over the size of `onto`."""
+    """Return the largest distance of two maps after the best similarity, relative to the size of `onto`."""
     z, w = uv @ [1, 1j], onto @ [1, 1j]
     z, w = z - z.mean(), w - w.mean()
     ratio = np.vdot(z, w) / np.vdot(z, z)

@@ -31,7 +31,7 @@ def estimate_jacobians(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> np.ndarr
 
 
 def measure_circle_error(z: np.ndarray) -> float:
-    """Return the range of the radii around the centre of the best-fit circle, over their mean."""
+    """Return the range of the radii around the centre of the best-fit circle, relative to their mean."""
     A = np.column_stack((z, np.ones(len(z))))
     centre = np.linalg.lstsq(A, (z**2).sum(axis=1), rcond=None)[0][:2] / 2
     radius = np.linalg.norm(z - centre, axis=1)

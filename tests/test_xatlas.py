@@ -158,7 +158,7 @@ def test_a_density_alone_determines_the_resolution(number: int) -> None:
 
 
 def test_given_charts_keep_their_shapes_and_do_not_overlap() -> None:
-    """Also if two meshes or two materials have the same texture coordinates."""
+    """This also holds if two meshes or two materials have the same texture coordinates."""
     uv, F = SQUARE
     two = np.concatenate((uv, 0.5 * uv + [3, 0])), np.concatenate((F, F + 4))
     given = [(two, None), ((uv, np.concatenate((F, F))), [0, 0, 7, 7])]

@@ -49,7 +49,7 @@ def find_largest_frames(depsgraph: bpy.types.Depsgraph, objects: list[bpy.types.
 
 
 def _compute_area_scale(frame: np.ndarray) -> float:
-    """Return the area scale factor of a transform (3, 3): the norm of the factors of the axis planes."""
+    """Return the area scale of a transform (3, 3): the norm of its scales in the three axis planes."""
     a, b, c = frame.T
     return float(np.linalg.norm([np.cross(a, b), np.cross(b, c), np.cross(c, a)]))
 

@@ -44,7 +44,7 @@ def _create_locked(path: Path) -> int | None:
     On Windows, where open files cannot be renamed, close the file and return None.
     """
     while True:
-        # `tempfile` creates files with mode 0o600, whose correction needs the umask, which is not thread-safe
+        # `tempfile` would set mode 0o600; the default mode depends on the umask, which cannot be read safely
         file = os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
         if sys.platform == "win32":
             os.close(file)

@@ -317,7 +317,7 @@ def from_open3d(mesh: open3d.geometry.TriangleMesh) -> tuple[FloatArray, IntArra
 
     Examples
     --------
-    The page on other libraries has one.
+    See the documentation page about other libraries.
     """
     if not hasattr(mesh, "triangles") or not hasattr(mesh, "triangle_uvs"):
         raise MeshError(
@@ -361,7 +361,7 @@ def to_open3d(
 
     Examples
     --------
-    The page on other libraries has one.
+    See the documentation page about other libraries.
     """
     import open3d
 

@@ -19,7 +19,7 @@ from .constants import PATIENCE
 NO_WORKER_TIMEOUT = 600  # seconds without any worker until a local batch ends with an error
 WORKER_CHECK_INTERVAL = 1000  # milliseconds between checks for dead workers
 WORKER_MEMORY = 2**29  # memory of an idle worker, bytes
-KILL_ROUNDS = 3  # a worker that Dask restarts in one round is killed in the next round
+KILL_ROUNDS = 3  # how often workers are killed, because Dask may restart some of them in the meantime
 TERMINATION_SHARE = 0.95  # Dask terminates a worker that uses this share of its memory limit (Dask's default)
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")

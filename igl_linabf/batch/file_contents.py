@@ -45,5 +45,5 @@ def _unwrap_bare_faces(
         )
     texture = mesh.texture.copy()
     texture[corners] = len(mesh.TC) + bare.texture_of(atlas.FTC).corners
-    beside = np.ceil(mesh.TC.max(axis=0)) + 1  # UDIM tiles without old texture coordinates
+    beside = np.ceil(mesh.TC.max(axis=0)) + 1  # moves the new charts to UDIM tiles without old charts
     return np.concatenate((mesh.TC, atlas.TC + beside)), mesh.polygons.shape(texture)

@@ -130,7 +130,7 @@ def _process_task(task: Task) -> Row:
     except MeshError as error:
         return replace(row, outcome=REFUSED, message=str(error))
     except Exception as error:
-        if writing:  # such as a full disk, which affects all meshes
+        if writing:  # an error while writing, such as a full disk, affects all meshes
             raise
         return replace(row, outcome=FAILED, message=f"{type(error).__name__}: {error}")
 

@@ -205,7 +205,7 @@ def prepare_destination(place: str) -> Iterator[str]:
     with tempfile.TemporaryDirectory(prefix="igl_linabf-") as local:
         yield os.path.join(local, name)
         fs.makedirs(folder, exist_ok=True)
-        for own in sorted(os.listdir(local), key=lambda other: other == name):  # the map comes last
+        for own in sorted(os.listdir(local), key=lambda other: other == name):  # upload the map last
             temporary = f"{folder}/.igl_linabf-{secrets.token_hex(8)}-{own}"
             try:
                 fs.put_file(os.path.join(local, own), temporary)

@@ -25,11 +25,11 @@ WAITING = "waiting"
 VALID, OVERLAPPING, FAULTY = Outcome.VALID.value, Outcome.OVERLAPPING.value, "faulty"
 REFUSED, UNREADABLE, FAILED, OUT_OF_MEMORY, DIED = "refused", "unreadable", "failed", "out of memory", "died"
 GOOD = frozenset(outcome.value for outcome in Outcome if outcome.good)
-MISSING = frozenset({WAITING, UNREADABLE})  # retried by every run
-RETRYABLE = frozenset({FAILED, OUT_OF_MEMORY, DIED})  # retried only with `retry`
+MISSING = frozenset({WAITING, UNREADABLE})  # outcomes after which every run retries the mesh
+RETRYABLE = frozenset({FAILED, OUT_OF_MEMORY, DIED})  # outcomes after which `retry=True` retries the mesh
 
 CSV, PARQUET = "results.csv", "results.parquet"
-FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "'")  # the quote marks escaped texts
+FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "'")  # texts that start with these get a leading quote
 JOURNAL, LOCK = ".results.journal", ".results.lock"
 
 
@@ -142,7 +142,7 @@ class Table:
     def __exit__(self, kind: type[BaseException] | None, _: object, __: TracebackType | None) -> None:
         try:
             with nullcontext() if kind is None else suppress(OSError):  # do not replace the first error
-                if self._rows:  # without rows, nothing may be replaced
+                if self._rows:  # do not replace an existing table by an empty table
                     self.write()
                 if kind is None:
                     self._remove_journals()

@@ -84,7 +84,7 @@ def _bake_values(kind: str, mesh: MeshFile, atlas: Atlas, resolution: Any, outpu
     V, triangles = mesh.V, mesh.triangles
     if kind == "colors":
         colours = corner_colours(mesh)
-        assert colours is not None  # by `check_baking`
+        assert colours is not None  # ensured by `check_baking`
         return bake(V, mesh.F, atlas, colours[mesh.split.place], resolution)
     if kind == "normals":
         normals = np.nan_to_num(igl.per_vertex_normals(V, triangles))[triangles]
@@ -106,7 +106,7 @@ def _rebake_textures(mesh: MeshFile, atlas: Atlas, resolution: Any, output: Path
             "in OBJ or glTF: bake colors or normals"
         )
     assert mesh.extras.materials is not None  # because image maps belong to materials
-    assert mesh.TC is not None  # by `check_baking`
+    assert mesh.TC is not None  # ensured by `check_baking`
     made: dict[str, Any] = {}
     V, directions = transform_to_object_space(mesh, output)
     for kind, images in maps.items():

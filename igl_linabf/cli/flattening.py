@@ -91,7 +91,7 @@ def flatten_mesh(
     options = {"iterations": iterations, "layout": layout, "solver": solver, "guarantee": guarantee}
     chosen = build_method(method, **options, weight=weight)
     in_lengths = fit == "lengths"
-    if units is None:  # a map written as a surface has the size of the mesh
+    if units is None:  # a map that is stored as a surface keeps the size of the mesh
         units = "mesh" if in_lengths or is_flat_format(job.target) else "square"
     if in_lengths and units == "square":
         raise ValueError("--fit lengths sets a scale in the mesh's units: give --units mesh, too")

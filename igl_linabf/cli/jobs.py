@@ -142,7 +142,8 @@ def _plan_jobs(job: Job) -> list[Job]:
             prefix = f"{title}: " if len(names) > 1 else ""
             own: dict[str, Any] = {"mesh": Path(name), "output": output, "picture": picture}
             jobs.append(replace(job, title=title, prefix=prefix, **own))
-        jobs[:-1] = [replace(one, on_commit=lambda: None) for one in jobs[:-1]]  # a commit disables Ctrl-C
+        # only the last job calls `on_commit`, because it disables Ctrl-C
+        jobs[:-1] = [replace(one, on_commit=lambda: None) for one in jobs[:-1]]
     paths = (path for one in jobs for path in (one.output, one.picture))
     check_free((path for path in paths if path is not None and path != job.output), job.force)
     return jobs

@@ -105,6 +105,6 @@ def _print_warnings_on_one_line() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("default")
         for internal in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
-            warnings.simplefilter("ignore", internal)  # Python's default, too
+            warnings.simplefilter("ignore", internal)  # as in Python's default filters
         warnings.showwarning = show
         yield

@@ -102,7 +102,7 @@ def draw_pattern(
     with warnings.catch_warnings(), progress_part("unwrapping", PROGRESS["computing"]):
         warnings.simplefilter("ignore", OutcomeWarning)  # `report_troubles` reports the problems
         edges = read_seams(seams, mesh, charts, method)
-        # sheets are larger than pieces: nothing is cut for a fuller page
+        # sheets are larger than pieces: do not cut pieces to fill a page
         atlas = unwrap(mesh.V, mesh.F, edges, charts=charts, method=method, packing=Packing(cut_below=0))
     pattern = build_pattern(mesh.V, mesh.F, atlas, options)
     figures = {"good": atlas.good, "troubles": atlas.troubles, "pattern": pattern, "units_given_by": given_by}

@@ -136,7 +136,7 @@ def unwrap_mesh(
         image = bake_images(packing, mesh, atlas, job.target)
     TC = (
         atlas.flat / atlas.report.scale if is_flat_format(job.target) else atlas.TC
-    )  # a map written as a surface has the size of the mesh
+    )  # a map that is stored as a surface keeps the size of the mesh
     pictured = mesh.V[atlas.origin], atlas.drawn, {chosen.name: atlas.flat}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
     figures |= {"unmapped_parts": mesh.list_bare_parts()} if mesh.TC is not None else {}
@@ -160,7 +160,7 @@ def _warn_of_bare_parts(mesh: MeshFile, bake: str | None, texcoord: int, seams: 
 
 
 def _read_cones(cones: Any, angles: Any, period: float | None) -> Cones | None:
-    """Return the cones, whose vertices, and angles in degrees, may be read from files."""
+    """Return the cones. Their vertices and their angles (in degrees) may be read from files."""
     if cones is None:
         if angles is not None or period is not None:
             raise ValueError("--cone-angles and --period need cones: give --cones, too")

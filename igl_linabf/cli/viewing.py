@@ -35,7 +35,7 @@ def view_mesh(
     face.obj --boundary circle
     bunny.obj --cones auto    # the cones as spheres, both sides of a seam in one colour
     bunny.obj --measure area --screenshot bunny.png    # opens no window
-    bunny.obj --screenshot bunny.png --force    # replaces an older one
+    bunny.obj --screenshot bunny.png --force    # replaces an older picture
     """
     from ..plot import view
 

@@ -170,14 +170,14 @@ def flatten_hemisphere(
             if medial_wall == "label":
                 wall = given.labelled_wall()
             else:
-                assert lines is not None  # needs_sphere
+                assert lines is not None  # because `needs_sphere` is True
                 wall = transfer_wall(lines, sphere)
         if cuts == "found":
             most = MAX_DISTANCE_ERROR if max_distance_error is None else max_distance_error
             with progress_part("finding cuts", 0.6):
                 seams = find_cuts(given, wall, most)
         else:
-            assert lines is not None  # needs_sphere
+            assert lines is not None  # because `needs_sphere` is True
             seams = transfer_cuts(lines, sphere, given.F, wall)
         return _flatten_patch(given, seams, chosen)
 

@@ -12,7 +12,7 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError
 from .templates import Template, compute_distances, trace_to_source
 
-MIN_WALL_WEIGHT = 1e-6  # a point is inside the wall if wall vertices have a larger barycentric weight
+MIN_WALL_WEIGHT = 1e-6  # barycentric weight of wall vertices above which a point is inside the medial wall
 POINTS_PER_EDGE = 2  # points sampled along a template's cut per mean edge length of the subject
 MAX_DETOUR = 0.2  # maximum distance of a cut from the template's cut, radians
 

@@ -42,8 +42,8 @@ def write_hemisphere(folder: str | os.PathLike[str], flat: FlatHemisphere) -> No
     folder : path of a folder
         Created if it does not exist. `?h.cortex.patch.3d` and `?h.cortex.flat.patch.3d` are the mapped
         vertices in space and in the plane, for FreeSurfer and pycortex. `?h.cortex.flat.surf.gii` is the map
-        as a surface. `?h.cortex.area.shape.gii` is the logarithm of the change of area. Both have a row for
-        each vertex of the subject. `?h.cortex.png` shows the folds and the change of area.
+        as a surface. `?h.cortex.area.shape.gii` is the logarithm of the change of area. Both GIFTI files
+        have a row for each vertex of the subject. `?h.cortex.png` shows the folds and the change of area.
     flat : FlatHemisphere
 
     Raises

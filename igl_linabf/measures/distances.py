@@ -95,7 +95,8 @@ class Distances:
     def within(cls, surface: Submesh, rings: int = RINGS, most: int | None = None) -> Distances:
         """Measure distances from the vertices of a manifold to their neighbours within `rings` rings.
 
-        Larger meshes are measured from a random sample of `most` vertices, `MAX_SOURCES` by default.
+        If the mesh has more than `most` vertices, measure from a random sample of `most` vertices. The
+        default is `MAX_SOURCES`.
         """
         n = len(surface.V)
         sources = np.arange(n)

@@ -59,8 +59,8 @@ class Quality:
         Root mean square and largest stretch of Sander et al. 2001, normalised by area; 1 is best.
         Infinite if a triangle has collapsed.
     symmetric_dirichlet : float
-        Area-weighted mean of (s1^2 + s2^2 + s1^-2 + s2^-2) / 4, s1 and s2 the singular values, with both
-        total areas scaled to 1; 1 is best. Infinite if a triangle has collapsed.
+        Area-weighted mean of (s1^2 + s2^2 + s1^-2 + s2^-2) / 4, where s1 and s2 are the singular values,
+        with both total areas scaled to 1; 1 is best. Infinite if a triangle has collapsed.
     edge_change : float
         Mean, over the triangles' sides, of `|length in uv / length in 3-D - 1|`, with both total areas scaled
         to 1; 0 is best.
@@ -70,8 +70,8 @@ class Quality:
     flips : int
         Triangles whose area in uv is not positive: flipped (`igl.flipped_triangles`) or collapsed.
     overlaps : int
-        Pairs of triangles of one chart that overlap (`igl_linabf.overlaps`). They are counted up to 5,000,000
-        per chart; beyond, the number is 5,000,001.
+        Pairs of triangles of one chart that overlap (`igl_linabf.overlaps`). A chart with more than
+        5,000,000 pairs counts as 5,000,001.
     report : QualityReport
         Error of angles, extremes of distortion, and the number of triangles.
     distance_error : float or None
@@ -258,7 +258,7 @@ def _combine_changes(changed: Change, faces: Ragged, overlaps: Sequence[int]) ->
 def _texel_spread(changed: Change, faces: Ragged) -> FloatArray:
     """Return, for each chart, the area-weighted 99th percentile of the area ratio over the 1st percentile."""
     area, log_ratio = changed.double_area, changed.log_area_ratio
-    # a sort per chart is faster than one sort of all faces by two keys
+    # sorting each chart separately is faster than sorting all faces by chart and ratio
     order = np.concatenate(list(map(np.argsort, faces.split(log_ratio)))) + faces.repeat(faces.start[:-1])
     below = faces.cumsum(area[order]) / faces.repeat(faces.sum(area))
     counts = faces.sum(np.stack((below < 0.99, below < 0.01)).astype(np.int64))

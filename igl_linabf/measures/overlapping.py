@@ -131,7 +131,7 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
     vertices, faces = (Ragged.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
     F = np.concatenate([F for _, F in maps]) + faces.repeat(vertices.start[:-1])[:, None]
     largest = np.array([np.abs(uv).max() for uv, _ in maps])
-    scale = np.ldexp(1.0, -np.frexp(largest)[1])  # powers of two, so that scaling is exact
+    scale = np.ldexp(1.0, -np.frexp(largest)[1])  # powers of two scale without rounding
     z = complex_positions(np.concatenate([uv for uv, _ in maps]) * vertices.repeat(scale)[:, None])
     chart = faces.repeat(np.arange(len(maps)))
     asked = np.flatnonzero(~_prove_injectivity(z, F, chart))
@@ -142,7 +142,7 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
     elif len(asked):
         rows = np.flatnonzero(np.isin(chart, asked))
         pairs = rows[find_overlaps(z, F[rows], chart[rows], MAX_PAIRS)]
-        if len(pairs) > MAX_PAIRS:  # any chart may lack pairs
+        if len(pairs) > MAX_PAIRS:  # the list is truncated, and may lack pairs of any chart
             return [overlapping_pairs(uv, F) for uv, F in maps]
         of = chart[pairs[:, 0]]
         for i in np.unique(of).tolist():

@@ -37,7 +37,7 @@ def find_suspect_faces(z: ComplexArray, F: IntArray, tail: IntArray, head: IntAr
 
 
 def find_open_sides(F: IntArray, n: int) -> IntArray | None:
-    """Return the boundary sides as indices of `F.T`, or None if a directed side occurs twice."""
+    """Return the boundary sides as indices of `F.T.ravel()`, or None if a directed side occurs twice."""
     tail, head = F.T.ravel(), F[:, [1, 2, 0]].T.ravel()
     order, begin, count = group_sides(tail, head, n)
     first = begin[count == 2]

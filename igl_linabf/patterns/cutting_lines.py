@@ -11,8 +11,8 @@ from .joined_pieces import CutSurface, group_rows
 from .seam_pairs import SeamSides, Sides
 from .tabs import TabPlace
 
-MITRE_LIMIT = 4.0  # longest corner of the cutting line, relative to the allowance, before it is cut off
-RAY_START = 1e-6  # distance from a seam at which a search for the opposite side starts, relative to its end
+MITRE_LIMIT = 4.0  # maximum length of a sharp corner of the cutting line, relative to the allowance
+RAY_START = 1e-6  # distance of the start of a ray from its seam, relative to the length of the ray
 
 
 def build_piece_shapes(cut: CutSurface) -> list[shapely.Geometry]:
@@ -24,14 +24,15 @@ def build_piece_shapes(cut: CutSurface) -> list[shapely.Geometry]:
 def trace_outlines(
     loops: tuple[IntArray, ...], sides: Sides, flat: FloatArray, tabs: list[TabPlace]
 ) -> list[FloatArray]:
-    """Return the outlines, which go around the tabs instead of along their bases."""
+    """Return the outlines of the pieces together with their tabs."""
     at_start = {int(place.run[0]): place for place in tabs}
     within = np.zeros(len(sides.start), dtype=bool)
     for place in tabs:
         within[place.run[1:]] = True
     lines, first = [], 0
     for loop in loops:
-        side = first + int(np.argmin(within[first : first + len(loop)]))  # not in the middle of a tab
+        # start at a side that is not in the middle of a tab
+        side = first + int(np.argmin(within[first : first + len(loop)]))
         first += len(loop)
         points, left = list[FloatArray](), len(loop)
         while left > 0:

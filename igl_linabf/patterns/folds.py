@@ -50,7 +50,7 @@ def find_seam_angles(cut: CutSurface, sides: Sides, seams: tuple[SeamSides, ...]
 
 
 def join_segments(segments: FloatArray) -> list[FloatArray]:
-    """Join segments (n, 2, 2) that continue each other to lines, because a dash may be longer than a segment.
+    """Join adjacent segments (n, 2, 2) into polylines, because a dash may be longer than a segment.
 
     A line ends where it turns by more than `MAX_TURN`, or where three segments meet.
     """
@@ -64,7 +64,7 @@ def join_segments(segments: FloatArray) -> list[FloatArray]:
     following = np.full(len(node), -1)
     following[one[straight]], following[other[straight]] = other[straight], one[straight]
     done, lines = np.zeros(len(segments), dtype=bool), []
-    for end in np.argsort(following >= 0, kind="stable").tolist():  # first the ends of lines, then rings
+    for end in np.argsort(following >= 0, kind="stable").tolist():  # trace open lines before closed lines
         rows = [node[end]]
         while end >= 0 and not done[end // 2]:
             done[end // 2] = True

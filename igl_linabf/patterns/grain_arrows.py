@@ -15,7 +15,7 @@ from .joined_pieces import CutSurface, find_narrowest_turns, group_rows
 ARROW_HALF_LENGTH = 0.3  # half the length of a grain arrow, relative to the extent of its piece
 ARROW_SHRINKAGE = 0.8  # an arrow is shortened repeatedly by this factor until it fits into its piece
 MIN_GRAIN_LENGTH = 0.1  # a grain direction is perpendicular to a piece if its mean projection is shorter
-COMMON_SHARE = 0.3  # minimum share of a piece whose common direction replaces the mean direction
+COMMON_SHARE = 0.3  # minimum share of a piece with equal directions; otherwise the mean direction is used
 SAME_DIRECTION = 1e-3  # maximum angle between directions that are considered equal, radians
 
 
@@ -146,9 +146,9 @@ def _find_common_direction(along: ComplexArray, area: FloatArray, mean: complex)
     weight = area * np.abs(along)
     group, shares = _group_directions(along, weight)
     sums = np.bincount(group, (along * area).real) + 1j * np.bincount(group, (along * area).imag)
-    large = np.flatnonzero(shares >= COMMON_SHARE / 2)  # at most six groups
+    large = np.flatnonzero(shares >= COMMON_SHARE / 2)  # at most six groups can be this large
     towards = sums / np.maximum(np.abs(sums), np.finfo(float).tiny)
-    # opposite directions cancel, for example on the two halves of a horizontal tube
+    # subtract the share of the opposite direction: both are equal on the halves of a horizontal tube
     against = (np.abs(towards[large, None] + towards) < SAME_DIRECTION) @ shares
     net = shares[large] - against
     most = (net > SAME_DIRECTION) & (net >= net.max(initial=0) - SAME_DIRECTION)

@@ -166,7 +166,7 @@ def _close_seams(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolA
 
 
 def group_rows(of: IntArray) -> list[IntArray]:
-    """Return, for each number 0, 1, ..., the indices of the entries of `of` that equal it."""
+    """Return, for each number 0, 1, ..., the indices at which `of` has this number."""
     order = np.argsort(of, kind="stable")
     return np.split(order, np.searchsorted(of[order], np.arange(1, int(of.max()) + 1)))
 

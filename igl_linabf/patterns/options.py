@@ -13,7 +13,7 @@ from ..surface import direction_in_space
 
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8, "um": 1e-3}
 DEFAULT_UNITS = "mm"  # unit of length if the file of a surface does not state a unit
-MIN_COMPENSATION, MAX_COMPENSATION = 0.5, 2.0  # factors beyond these limits are mistaken percentages
+MIN_COMPENSATION, MAX_COMPENSATION = 0.5, 2.0  # range of valid factors; larger numbers may be percentages
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,8 +38,8 @@ from .options import PatternOptions
 from .seam_pairs import SeamSides, Sides, find_seams
 from .tabs import TabPlace, place_tabs
 
-PIECE_MARGIN = 0.005  # distance between a few pieces, as a share of the side of the drawing
-MAX_MARGIN_COVERAGE = 0.64  # maximum share of the drawing's square that margins may cover
+PIECE_MARGIN = 0.005  # maximum distance between pieces, relative to the side of a square around the drawing
+MAX_MARGIN_COVERAGE = 0.64  # maximum share of this square that the margins of many pieces may cover
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,10 +181,10 @@ def _build_cut_surface(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, uni
         raise MeshError("uv has no area: pass the map of V and F")
     inner = None if split is None else split.inner[solid]
     if not (isinstance(atlas, Atlas) and atlas.report.repairs):
-        # mirrored pieces of a given map are drawn as the other side of the surface
+        # reverse whole pieces that are mirrored in the map, to draw them as seen from the other side
         piece = connected_labels(faces[:, [0, 1, 1, 2]].reshape(-1, 2), len(flat))[faces[:, 0]]
         area = np.asarray(np.bincount(piece, area)[piece])
-    # otherwise reverse the faces that `unwrap` reversed
+    # if `unwrap` has repaired the surface, reverse only the faces that it has reversed
     mirrored = area[:, None] < 0
     faces = np.where(mirrored, faces[:, [0, 2, 1]], faces)
     if inner is not None:

@@ -52,7 +52,7 @@ STYLES = {
 class Stroke:
     """A polyline through points (n, 2), open or closed.
 
-    A line in the legend is a sample of another layer.
+    A line in the legend has the style of the layer `sample_of`.
     """
 
     layer: str

@@ -181,8 +181,8 @@ def _fit_tab(
 ) -> list[TabPlace]:
     """Return the largest tab on a base that fits, or an empty list.
 
-    The tab must not intersect the obstacles. Where it is glued, it must lie within the shape of the receiver
-    and not cross its creases, the second geometry.
+    The tab must not intersect the obstacles. `receiver` is the shape and the creases of the piece that the
+    tab is glued on: the tab must lie within the shape, and must not cross a crease.
     """
     chords = [float(np.linalg.norm(points[-1] - points[0])) for points in (base.points, base.opposite)]
     depth = width * np.repeat(DEPTHS, len(TAPERS))
@@ -191,7 +191,7 @@ def _fit_tab(
     if not fits.any():
         return []
     tops, shapes = _build_trapezoids(base.points, depth[fits], inset[fits])
-    # the material of the receiver is on the left of a run that is joined in the same direction
+    # the receiver is on the right of the opposite side, or on its left if the seam is twisted
     _, glued = _build_trapezoids(base.opposite, depth[fits] * (-1 if base.twisted else 1), inset[fits])
     tried, glued = (shapely.buffer(s, -CLEARANCE * width, join_style="mitre") for s in (shapes, glued))
     near = obstacles[shapely.intersects(shapely.box(*shapely.total_bounds(tried)), obstacles)]

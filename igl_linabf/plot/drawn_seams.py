@@ -51,7 +51,10 @@ class DrawnSeams:
         return tuple((int(a), int(b)) for a, b in every)
 
     def add_vertex(self, vertex: int) -> None:
-        """Start a seam at a vertex, or extend the current seam to it; at its last vertex, end the seam."""
+        """Start a seam at a vertex, or extend the current seam to it.
+
+        If the vertex is the last vertex of the current seam, the seam ends there.
+        """
         if self.end is None:
             self.end = vertex
         elif vertex == self.end:

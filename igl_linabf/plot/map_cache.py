@@ -101,7 +101,7 @@ class MapCache:
         if not with_cones and plain and (self.planar or self._boundary != "free"):
             uv = flatten(self.V, self.F, method=method, boundary=self._boundary if shapes else "free").uv
             drawn = build_scene(self.V, self.F, uv)
-            if self._maps:  # rotate all maps alike
+            if self._maps:  # give all maps the same orientation
                 drawn = drawn.fit_map(next(iter(self._maps.values())).drawn)
             return Shown(drawn, quality(drawn.V, drawn.F, drawn.uv), 1, uv, self.F)
         options: dict[str, Any] = {"cones": self._cones}

@@ -65,7 +65,7 @@ def plot_checkerboard(
     texture : pyvista.Texture, optional
         A texture instead of the checkerboard, repeated every two squares.
     plotter : pyvista.Plotter, optional
-        Plotter whose active renderer is added to; by default a new plotter.
+        Plotter to which the picture is added, at its active subplot; by default a new plotter.
     show : bool
         Also show the plotter.
     screenshot : str or bool
@@ -378,6 +378,6 @@ def _show(plotter: pv.Plotter, show: bool, screenshot: str | bool) -> pv.Plotter
     if show:
         with pv.vtk_verbosity("error"):
             plotter.show(screenshot=screenshot)
-        # a notebook would display the plotter a second time, as the value of the cell
+        # prevent a notebook from displaying the plotter again as the value of the cell
         plotter._repr_png_ = lambda: None
     return plotter

@@ -194,7 +194,7 @@ class Viewer:
         self.plotter.suppress_rendering = True  # render once at the end
         for title in tuple(self.plotter.scalar_bars.keys()):
             self.plotter.remove_scalar_bar(title)
-        for side in (0, 1):  # not the renderer of the sliders
+        for side in (0, 1):  # surface and map; the sliders do not change
             self.plotter.renderers[side].clear_actors()
         self.plotter.subplot(0, 0)
         add_surface(self.plotter, drawn, **colours, show_scalar_bar=False, reset_camera=False)

@@ -175,7 +175,7 @@ def _trace_loops(fragments: Fragments) -> _Loops:
 
 
 def _find_holes(x: FloatArray, region: IntArray, loops: list[IntArray]) -> dict[int, IntArray]:
-    """Return one loop of each region with several loops, except the outer one with the largest area."""
+    """Return one inner loop of each region with several loops; the outer loop has the largest area."""
     several = np.flatnonzero(np.bincount(region)[region] > 1)
     enclosed = {}
     for i in several.tolist():
@@ -215,6 +215,6 @@ def _assemble_grid(fragments: Fragments, loops: _Loops, spacing: float, euler: i
 
 
 def _compute_euler_characteristic(grid: QuadGrid) -> int:
-    """Return V - E + F."""
+    """Return the number of vertices minus edges plus faces."""
     sides = np.concatenate([np.column_stack((face, np.roll(face, -1))) for face in grid.faces])
     return len(grid.V) - len(np.unique(np.sort(sides, axis=1), axis=0)) + len(grid.faces)

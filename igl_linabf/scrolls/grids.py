@@ -8,7 +8,7 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError
 from ..io import Segment
 
-SCALE_TOLERANCE = 4.0  # maximum factor between the distance of neighbours in the scale and their median
+SCALE_TOLERANCE = 4.0  # maximum ratio of the median point distance to the distance that the scale states
 
 
 def triangulate_grid(points: FloatArray, filled: BoolArray) -> tuple[IntArray, BoolArray]:

@@ -17,7 +17,7 @@ from .coordinates import Coordinates, MappedTriangles
 from .texels import Rows, Size, Texels, find_boundary_texels, find_covered_texels, find_nearest_known
 
 STRIP_TEXELS = 1 << 20  # number of texels to paint at a time, to bound the memory
-BYTES_PER_VALUE, BYTES_PER_TEXEL = 8, 2  # memory of the image, and of masks per texel
+BYTES_PER_VALUE, BYTES_PER_TEXEL = 8, 2  # bytes of memory for a value of an image, and for masks of a texel
 
 Values = ArrayLike | Callable[[FloatArray], ArrayLike]
 
@@ -46,7 +46,7 @@ def bake(
         Result of `unwrap` with `Packing(resolution=resolution)`, so that the distances between charts
         suffice; or a map within the unit square; or the texture coordinates of any program, `TC` (#TC, 2)
         with their rows `FTC` at the corners, -1 at corners without coordinates. Each triangle has to lie in
-        one UDIM tile. Where triangles overlap, a texel gets the value of the last one.
+        one UDIM tile. Where triangles overlap, a texel gets the value of the last triangle.
     values : (#V,), (#V, k) or (#F, 3, k) float, or callable
         Values at vertices or at corners of triangles, or a function of points (#P, 3) that returns (#P,) or
         (#P, k).

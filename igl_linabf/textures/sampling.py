@@ -27,7 +27,7 @@ class Picture:
     nearest : bool
         Whether a lookup returns the nearest pixel instead of interpolating, for example for pixel art.
     tiles : mapping of int to (#rows, #columns, k) float64
-        Pixels of the UDIM tiles by page, if the image consists of tiles; `pixels` then belongs to any tile.
+        Pixels of each UDIM tile by page, if the image consists of tiles. `pixels` is then one of the tiles.
     """
 
     pixels: FloatArray
@@ -37,14 +37,14 @@ class Picture:
     tiles: Mapping[int, FloatArray] = field(default_factory=dict)
 
     def select_tile(self, page: int) -> "Picture":
-        """Return the UDIM tile of a page, in its place. It continues with its border pixels."""
+        """Return the UDIM tile of a page, at its position, repeating its border pixels outside the tile."""
         column, row = page % UDIM_ROW, page // UDIM_ROW
         (a, b, x), (c, d, y) = self.matrix
         matrix = ((a, b, x - column), (c, d, y - row))
         return replace(self, pixels=self.tiles[page], wrap=("clamp", "clamp"), matrix=matrix, tiles={})
 
     def find_pages(self, uv: FloatArray) -> IntArray:
-        """Return the page of the image at texture coordinates (n, 2); -1 beyond ten columns of pages."""
+        """Return the page of texture coordinates (n, 2), (n,); -1 outside the ten columns of UDIM tiles."""
         column, row = np.floor(self._transform(uv))
         inside = (column >= 0) & (column < UDIM_ROW) & (row >= 0)
         return np.where(inside, column + UDIM_ROW * row, -1).astype(np.int64)

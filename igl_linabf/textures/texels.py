@@ -13,7 +13,7 @@ import scipy
 from .._types import BoolArray, FloatArray, IntArray
 from ..surface import NEXT, PREV, index_and_rank
 
-ROUNDING = 1e-9  # in texels; triangles are enlarged to close gaps between neighbours
+ROUNDING = 1e-9  # triangles are enlarged by this many texels, to close gaps between neighbours
 
 Size = tuple[int, int]  # width and height
 Rows = tuple[int, int]  # range of rows of a page: first row, and end (exclusive)
@@ -56,7 +56,7 @@ class Texels:
 
 
 def find_covered_texels(triangles: FloatArray, size: Size, rows: Rows | None = None) -> Texels:
-    """Return the texels whose centres lie in triangles (#F, 3, 2), each with the last such triangle.
+    """Return the texels whose centres lie in triangles (#F, 3, 2), each with the last triangle around it.
 
     If `rows` is given, only the texels in these rows are returned.
     """
@@ -100,12 +100,12 @@ def _compute_barycentric(
     safe = np.where(area == 0, 1.0, area)
     weights = np.empty((len(face), 3))
     for k in (1, 2):
-        # distance from the side opposite to corner k, divided by the distance of corner k from this side
+        # weight k: distance of the point from the side opposite to corner k, divided by that of corner k
         i, j = NEXT[k], PREV[k]
         across, up = -(y[:, j] - y[:, i]) / safe, (x[:, j] - x[:, i]) / safe
         weights[:, k] = across[face] * (at_x - x[face, i]) + up[face] * (at_y - y[face, i])
     weights[:, 0] = 1 - weights[:, 1] - weights[:, 2]
-    # clip rounding errors of centres on a side; degenerate triangles may get any weights
+    # rounding errors may put a point on a side outside the triangle; degenerate triangles get any weights
     np.clip(weights, 0, 1, out=weights)
     weights /= weights.sum(axis=1, keepdims=True)
     return weights
@@ -165,7 +165,7 @@ def find_boundary_texels(
     """Return the texels near given sides (k, k + 1) of triangles, each with its nearest point on a side."""
     face, k = sides
     near = find_texels_near_sides(triangles[face, k], triangles[face, (k + 1) % 3], size, rows)
-    order = np.argsort(-near.distance, kind="stable")  # the nearest side is written last
+    order = np.argsort(-near.distance, kind="stable")  # descending: the nearest side is written last
     first = rows[0] * size[0]
     latest = np.full((rows[1] - rows[0]) * size[0], -1, dtype=np.int64)
     latest[near.index[order] - first] = order

@@ -66,8 +66,9 @@ def bake_texture(
     padding : int
         Width in texels of an additional border around each chart.
     bare : float
-        Value of all channels where a face has an image, but no old texture coordinates. By default it is
-        white, which does not change the colour of a material. In normal maps, such faces are smooth.
+        Value of all channels where a face has an image, but no old texture coordinates. By default the
+        value is 1 (white), which does not change the colour of a material. In normal maps, such faces are
+        smooth.
 
     Returns
     -------

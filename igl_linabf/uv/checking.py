@@ -52,7 +52,7 @@ class UVCheckReport:
     unmapped : int
         Number of faces without texture coordinates.
     mirrored : int
-        Number of mirrored charts, such as a half that shares its texture with the other half.
+        Number of mirrored charts, for example the left half of an object if both halves share a texture.
     stacked : int
         Number of charts that are stacked on an earlier chart and share its texture. At least nine tenths of
         both areas overlap.
@@ -101,7 +101,7 @@ class UVCheck:
         Number of faces that are flipped within their chart, or have no area in the map.
     overlaps : int
         Number of pairs of triangles that overlap by accident, within a chart or between charts of one image
-        that are not stacked. They are counted up to 5,000,000; beyond, the number is 5,000,001.
+        that are not stacked. If there are more than 5,000,000 pairs, the number is 5,000,001.
     seam_length : float
         Length of the seams on the surface, in units of V.
     stretch_l2 : float
@@ -244,7 +244,7 @@ ROWS = {
 }
 
 MORE_PADDING = "repack the charts with more padding"
-LIMITS = {  # the bounded figures, the factor of the limit, and the remedy
+LIMITS = {  # for each limit: name of the bounded figure, factor that multiplies the limit, and remedy
     "max_stretch": [("stretch_l2", 1.0, "unwrap the mesh with ChartOptions(max_stretch=)")],
     "max_spread": [("texel_spread", 1.0, "repack the charts with scale='even', or unwrap by 'isometric'")],
     "min_margin": [("margin", 1.0, MORE_PADDING), ("border", 0.5, MORE_PADDING)],

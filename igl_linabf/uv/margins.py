@@ -10,7 +10,7 @@ import shapely
 from .._types import BoolArray, IntArray
 from .uv_charts import UVCharts
 
-# Initial search distance for the nearest charts, over the size of a page; doubled if no chart is found.
+# Initial search distance for the nearest chart, relative to the page size; doubled until a chart is found.
 FIRST_REACH = 1e-3
 
 

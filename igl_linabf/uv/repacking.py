@@ -15,7 +15,7 @@ from ..errors import MeshError, MeshWarning, some, stack_level
 from ..surface import complex_positions, coordinates, vertex_array
 from .uv_charts import UVCharts
 
-ROUNDING = 1e-14  # maximum area of a chart that counts as zero, over its largest coordinate squared
+ROUNDING = 1e-14  # maximum area of a chart that counts as zero, relative to its largest coordinate squared
 
 ScaleName = Literal["keep", "even"]
 SCALES: tuple[ScaleName, ...] = get_args(ScaleName)
@@ -38,13 +38,13 @@ class PackedUV:
     fill : float
         Share of the pages that is covered by charts. Stacked charts count once.
     scale : float
-        Mean page widths per unit of length of V, except for `unseen` charts. Multiplied by the width in
-        texels, it is the texel density.
+        Mean number of page widths per unit of length of V, not counting `unseen` charts. The texel density
+        is this number times the page width in texels.
     unseen : (#charts,) bool
         Whether each chart is smaller because it is invisible from outside. All False if `Packing.unseen` is
         1.
     unmapped : int
-        Number of faces without texture coordinates, which are left as they are.
+        Number of faces without texture coordinates. They are left unchanged.
     """
 
     TC: FloatArray

@@ -28,9 +28,9 @@ from ..surface import (
     vertex_array,
 )
 
-OF_SINGLE_PRECISION = 2.0**29  # rounding errors of single precision, over those of double precision
-LEAST_MIRRORED_SHARE = 0.25  # minimum share of an island that counts as mirrored instead of flipped
-SAME_POINT_TOL = 1e-6  # maximum distance between equal points of the map, over the largest coordinate
+OF_SINGLE_PRECISION = 2.0**29  # ratio of rounding errors in single precision to those in double precision
+LEAST_MIRRORED_SHARE = 0.25  # share of a UV island from which a reversed part is mirrored, not flipped
+SAME_POINT_TOL = 1e-6  # points of a map within this distance are equal; relative to the largest coordinate
 PAIRS_AT_ONCE = 200_000  # number of overlapping pairs of triangles in a batch, for large stacks of charts
 MIN_STACKED_SHARE = 0.9  # minimum share of both charts' areas that stacked charts have in common
 
@@ -110,7 +110,7 @@ class UVCharts:
         own, uv, faces = pair[used, :3], pair[used, 3:], faces.reshape(-1, 3)
         solid = np.ones(len(faces), dtype=bool)
         if len(faces):
-            # faces on a line may get an area when a file rounds their coordinates to single precision
+            # if a file rounds coordinates to single precision, faces with collinear corners may get an area
             in_space, in_map = own, np.pad(uv, ((0, 0), (0, 1)))
             thin, flat = (find_faces_without_area(x, faces, OF_SINGLE_PRECISION) for x in (in_space, in_map))
             solid[find_faces_without_area(own, faces)] = False
@@ -137,12 +137,12 @@ class UVCharts:
     def turned(self) -> BoolArray:
         """Mask of the triangles whose orientation in space differs from most of the surface around them.
 
-        A triangle is flipped in the map relative to the adjacent triangles, because the faces of a mesh may
-        be oriented at random.
+        The faces of a mesh may be oriented at random. Therefore, a triangle of the map is called flipped
+        only if its orientation differs from that of its neighbours.
         """
         F, links = self._sides
         number = np.bincount(links.ravel(), minlength=3 * len(F))
-        of_two = (number[links] == 1).all(axis=1)  # edges of more than two triangles have no orientation
+        of_two = (number[links] == 1).all(axis=1)  # ignore edges with more than two triangles
         return orient_faces(F, links[of_two])[0][: len(self.F)]
 
     @cached_property
@@ -161,8 +161,8 @@ class UVCharts:
     def _adjacent(self) -> IntArray:
         """Pairs of triangles that share an edge in space, in the map and in the image.
 
-        Triangles on two sides of triangles without area in space, such as caps in T-junctions, count as
-        adjacent.
+        Two triangles also count as adjacent if only triangles without area in space, such as caps at
+        T-junctions, separate them.
         """
         F, links = self._sides
         n, pairs = len(self.F), np.sort(links // 3, axis=1)
@@ -263,7 +263,10 @@ class UVCharts:
         return pairs, first[same]
 
     def _stack_halves(self, charts: IntArray) -> IntArray:
-        """Return the first chart of each chart's stack, found in parts that have few overlapping pairs."""
+        """Return the first chart of each chart's stack.
+
+        Split the charts into halves until each part has at most `PAIRS_AT_ONCE` overlapping pairs.
+        """
         pairs, stack = self._compare(charts, PAIRS_AT_ONCE)
         if len(pairs) <= PAIRS_AT_ONCE or len(charts) < 2:
             return stack
@@ -310,7 +313,7 @@ class UVCharts:
 
     @cached_property
     def _same_triangles(self) -> IntArray:
-        """For each chart, the first chart stacked with it: with the same texture coordinates."""
+        """For each chart, the first chart with the same image and the same triangles in the map."""
         step = max(float(np.abs(self.uv).max(initial=0)), 1.0) * SAME_POINT_TOL
         place = _merge_equal_rows(np.round(self.uv / step))[1]
         kind = _merge_equal_rows(np.sort(place[self.F], axis=1).astype(np.float64))[1]

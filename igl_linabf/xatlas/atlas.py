@@ -29,10 +29,10 @@ class Chart:
     faces : (#f,) uint32
         Row indices into the mesh's faces.
     atlas_index : int
-        Its page.
+        The page of the chart.
     type : ChartType
     material : int
-        Of its faces; 0 without materials.
+        The material of the chart's faces; 0 if the mesh has no materials.
     """
 
     faces: UInts
@@ -42,7 +42,7 @@ class Chart:
 
 
 class Atlas:
-    """Meshes that share an atlas. It is called as the class of xatlas-python.
+    """Meshes that share an atlas, with the interface of `xatlas.Atlas` in xatlas-python.
 
     `add_mesh` or `add_uv_mesh` adds meshes, and `generate` computes the atlas. `atlas[i]` then returns three
     arrays of mesh i. Page, width and utilization refer to the pages, which xatlas calls atlases.
@@ -309,7 +309,7 @@ class Atlas:
         return image
 
     def _first_chart(self, mesh_index: int) -> int:
-        """Return the number of charts of the meshes before this one."""
+        """Return the number of charts of all meshes before the given mesh: the number of its first chart."""
         return sum(len(mesh.page) for mesh in self._packed[:mesh_index])
 
     def _mesh(self, mesh_index: int) -> PackedMesh:
@@ -323,7 +323,7 @@ class Atlas:
 def parametrize(
     positions: ArrayLike, indices: ArrayLike, normals: ArrayLike | None = None, uvs: ArrayLike | None = None
 ) -> Arrays:
-    """Return an atlas of a mesh on one page, called as `parametrize` of xatlas-python.
+    """Unwrap a mesh onto one page, with the interface of `xatlas.parametrize` in xatlas-python.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Write OBJ files, as `export` of xatlas-python."""
+"""Write OBJ files, with the interface of `xatlas.export` in xatlas-python."""
 
 from __future__ import annotations
 

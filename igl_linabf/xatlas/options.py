@@ -10,13 +10,13 @@ from ..charts import Packing
 from ..errors import FallbackWarning, stack_level
 
 DEFAULT_RESOLUTION = 1024  # texels along a page if the options do not determine them
-FILTERED_TEXELS = 2  # texels between charts that share no texel of a bilinear lookup
+FILTERED_TEXELS = 2  # texels between charts such that no bilinear lookup reads texels of two charts
 IGNORED_PACKING = ("max_chart_size", "blockAlign", "bruteForce")
 ROTATIONS = ("rotate_charts_to_axis", "rotate_charts")
 
 
 class ChartType(Enum):
-    """How xatlas has flattened a chart; here every chart that is flattened is `LSCM`."""
+    """The methods by which xatlas flattens charts. This package reports `LSCM` for each flattened chart."""
 
     Planar = 0
     Ortho = 1
@@ -31,7 +31,7 @@ class ChartType(Enum):
 
 @dataclass(slots=True)
 class ChartOptions:
-    """The chart options of xatlas. All are accepted; they steer its search for charts and are ignored here.
+    """The chart options of xatlas. They are accepted but ignored: `unwrap` finds charts in another way.
 
     `Atlas.generate` issues one warning that names the options with other values than the defaults. Charts are
     never mirrored, as with `fix_winding`.

@@ -22,7 +22,7 @@ from ..surface import (
 )
 from .options import PackOptions
 
-ROUNDING = 1e-14  # largest double area of a chart that counts as zero, over its largest coordinate squared
+ROUNDING = 1e-14  # largest double area that counts as zero, relative to the largest coordinate squared
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class PackedMesh:
         The given vertex of each vertex.
     indices : (#F, 3) int64
     uv : (#N, 2) float64
-        Relative to the vertex' page.
+        Texture coordinates, relative to the page of each vertex.
     chart : (#F,) int64
         Chart of each face, numbered within the mesh; -1 for faces of pieces without area.
     page : (#charts,) int64
@@ -137,7 +137,7 @@ def _place_charts(mesh: PackedMesh, placed: Sequence[PackedChart]) -> PackedMesh
 def _unwrap_quietly(mesh: GivenMesh, packing: Packing) -> UnwrappedMesh:
     """Unwrap a mesh isometrically, without the warning that lists repairs.
 
-    Vertices at the same position are one vertex, because many programs double them at creases and seams.
+    Vertices at the same position are merged, because many programs duplicate vertices at creases and seams.
     """
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "the mesh is repaired", MeshWarning)
@@ -154,7 +154,7 @@ def _split_at_seams(mesh: GivenMesh, atlas: UnwrappedMesh) -> PackedMesh:
 
 
 def _divide_into_charts(mesh: GivenMesh) -> PackedMesh:
-    """Return the charts of texture coordinates, not packed: faces of one material with common points."""
+    """Return the unpacked charts of texture coordinates. Connected faces of one material form a chart."""
     n = len(mesh.V)
     material = np.zeros(len(mesh.F), np.int64) if mesh.materials is None else mesh.materials
     layer = np.unique(material, return_inverse=True)[1].ravel()

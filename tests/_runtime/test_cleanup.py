@@ -27,7 +27,7 @@ ARGUMENTS = {
     "batch": ["batch", "{closed}", "{wound}", "-o", "{folder}", "--workers", "2", "--repair-overlaps"],
     "cortices": ["batch", "{subject}", "-o", "{folder}", "--workers", "2", "--how", "cortex"],
 }
-# latest time of the interrupt in seconds; 4 for all other commands
+# latest time of the interrupt, in seconds; 4 seconds for commands that are not listed
 LONGEST_WAIT = {"batch": 15, "cortices": 15}
 
 
@@ -95,7 +95,7 @@ def test_an_interrupt_at_any_moment_ends_in_one_line_and_leaves_nothing(
             interrupted += 1
             lines = [line for line in said.splitlines() if "dashboard" not in line]
             assert (process.returncode, lines) == (128 + number, [f"igl-linabf: {end}"])
-            # a batch keeps the maps that are finished
+            # an interrupted batch keeps its finished maps
             assert name in LONGEST_WAIT or not list(folder.glob("*"))
         shutil.rmtree(folder, ignore_errors=True)
         assert [path.name for path in tmp_path.iterdir()] == ["tmp"]

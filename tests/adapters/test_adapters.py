@@ -133,7 +133,7 @@ def test_trimesh_normals_and_materials_are_copied(unwrapped) -> None:
     assert [look.name for look in again.material] == ["gold", "gold"] and set(again.face_materials) == {1}
     plain = adapters.to_trimesh(V, F, atlas.TC, atlas.FTC, like=trimesh.Trimesh(V, F, process=False))
     at_corners = plain.vertex_normals[plain.faces]
-    assert np.allclose(at_corners, trimesh.Trimesh(V, F, process=False).vertex_normals[F])  # no shading seam
+    assert np.allclose(at_corners, trimesh.Trimesh(V, F, process=False).vertex_normals[F])  # no visible seam
 
 
 def test_pyvista_arrays_are_copied_except_for_old_texture_coordinates() -> None:
@@ -277,7 +277,7 @@ def test_tensors_keep_device_and_dtype_but_no_gradient() -> None:
 
 @pytest.mark.parametrize("library", ["open3d", "torch"])
 def test_the_examples_of_the_page_run(library: str) -> None:
-    pytest.importorskip(library)  # the examples of the other libraries are tested as doctests
+    pytest.importorskip(library)  # the examples of trimesh, pyvista and meshio are doctests
     (code,) = (
         block
         for block in re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)

@@ -62,7 +62,7 @@ def test_the_search_ends_near_the_threshold_within_few_trials(threshold: float) 
     assert threshold <= from_zero <= SUFFICIENT_RATIO * threshold
     for start in (0, 5e4):  # outside the range of the search
         assert search(start, max_charts=2).report.bounds.trade == start
-    both = search(max_dirichlet=4.1, max_charts=1)  # contradict each other: the energy comes first
+    both = search(max_dirichlet=4.1, max_charts=1)  # the bounds conflict; the energy takes precedence
     assert both.quality.symmetric_dirichlet == 1.01
     assert not both.good
 

@@ -310,7 +310,7 @@ def test_seams_that_turn_out_to_cost_more_than_they_save_are_not_cut(monkeypatch
         asked = options.ChartRules(LinABF(), True, trade, False, False, None, None)
         before = len(tried)
         charts = charting.make_charts([dome], none, asked)
-        assert len(tried) > before + 1  # the parts were tried as well
+        assert len(tried) > before + 1  # the parts of the dome were tried as well
         assert (max(chart.n_splits for chart, _ in charts) > 0) == pays
 
 

@@ -36,7 +36,7 @@ def rim(V: np.ndarray, F: np.ndarray, i: int = 0) -> np.ndarray:
 
 
 def measure_rectangle_error(uv: np.ndarray, loop: np.ndarray, corners: np.ndarray) -> float:
-    """Return how far a loop is from the upright rectangle with the given corners, over its diagonal."""
+    """Return the distance of a loop from the upright rectangle with the given corners, by its diagonal."""
     low, high = uv[corners].min(axis=0), uv[corners].max(axis=0)
     distance = np.minimum(np.abs(uv[loop] - low), np.abs(uv[loop] - high)).min(axis=1)
     outside = np.maximum(uv[loop] - high, low - uv[loop]).max()
@@ -209,7 +209,7 @@ def test_the_rectangle_has_the_given_corners() -> None:
     loop = rim(V, F)
     corners = loop[[5, 12, 30, 41]]
     result = flatten(V, F, boundary="rectangle", corners=corners[[1, 3, 2, 0]])
-    # in the order of the loop, from the first given corner
+    # the report lists the corners in the order of the loop, starting at the first given corner
     assert result.report.corners.tolist() == np.roll(corners, -1).tolist()
     assert measure_rectangle_error(result.uv, loop, result.report.corners) < 1e-6
     low = result.uv.min(axis=0)

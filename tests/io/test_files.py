@@ -110,7 +110,7 @@ def test_glb_follows_its_specification(tmp_path: Path) -> None:
     assert np.allclose(stack_corners(positions[faces], (uv * [1, -1] + [0, 1])[faces]), WANTED, atol=1e-6)
 
 
-@pytest.mark.parametrize("suffix", ["ply", "glb"])  # an OBJ keeps its lines
+@pytest.mark.parametrize("suffix", ["ply", "glb"])  # not OBJ, which keeps the old lines
 def test_colours_that_are_not_finite_are_read_as_white_with_a_warning(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / "a.obj"
     path.write_text("v 0 0 0 inf 0 0\nv 1 0 0 1 nan 0\nv 0 1 0 0 0 1\nf 1 2 3\n")

@@ -45,7 +45,7 @@ def test_a_patch_keeps_the_numbers_and_flags_of_its_vertices_from_file_to_flat_f
     V, F = make_ball()
     stays = V[:, 2] < 20
     border = np.zeros(len(V), dtype=bool)
-    # a border that differs from the default one
+    # a border that differs from the default border
     border[igl.boundary_loop(F[stays[F].all(axis=1)])[::2]] = True
     mesh = read_file(write_ball_patch(tmp_path, stays, border))
     assert len(mesh.V) == len(V)

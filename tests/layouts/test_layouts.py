@@ -80,7 +80,7 @@ def test_default_pins_of_the_least_squares_layout_are_half_the_loop_apart_and_fa
     i, j = find_far_points(points)
     apart = abs(arc[i] - arc[j])
     assert abs(apart / length.sum() - 0.5) <= length.max() / length.sum()
-    # pins farther apart at half a loop's distance exist only within the length of an edge
+    # no other pins half a loop apart are farther from each other, up to the length of an edge
     around = np.abs(arc[:, None] - arc)
     half = np.abs(around - length.sum() / 2) <= length.min() / 2
     distance = np.linalg.norm(points[:, None] - points, axis=2)

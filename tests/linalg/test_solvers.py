@@ -76,7 +76,7 @@ def test_the_pattern_is_analysed_once_for_any_number_of_iterations(monkeypatch) 
     # factors of the Laplacian and of the small system of slivers; a step shares them with its chord step
     n, slivers = analysed
     assert n > 50 * slivers
-    assert factored == [n, slivers, n]  # the layout has the last factor
+    assert factored == [n, slivers, n]  # the last factor is that of the layout
     analysed.clear()
     factored.clear()
     result = flatten(V, F, method=LinABF(iterations=12))

@@ -20,7 +20,7 @@ def grid(n: int) -> tuple[np.ndarray, np.ndarray]:
 def test_an_unrolled_cylinder_has_no_error_and_a_scaled_map_the_error_of_its_scale() -> None:
     flat, F = grid(12)
     angle = 3 * flat[:, 0]
-    # the grid rolled up, with chords as edges
+    # roll the grid up to a cylinder, with chords as edges
     V = np.column_stack((np.cos(angle), np.sin(angle), 3 * flat[:, 1])) / 3
     # the error is not zero, because a chord is shorter than its arc
     assert distance_error(V, F, flat[:, :2]) < 0.01

@@ -37,7 +37,7 @@ def star(tips: int = 5, height: float = 40.0) -> Mesh:
 
 
 def draw(path: Path, mesh: Mesh, seams: object = None, **options: object) -> Pattern:
-    """Unwrap a mesh without cuts for a fuller page, and write its pattern."""
+    """Unwrap a mesh without cuts that fill the page, and write its pattern."""
     V, F = mesh
     roomy = Packing(resolution=4096, texel_density=1)
     return write_pattern(path, V, F, unwrap(V, F, seams, packing=roomy, progress=False), **options)
@@ -160,7 +160,7 @@ TABBED = {
     "star": star(),
     "thin plate": box(80, 60, 5),
     "cone": (band(24, 60, 0.4)[0] * [50, 50, 1], band(24, 60, 0.4)[1]),
-    "shallow cone": (band(24, 6, 0.4)[0] * [50, 50, 1], band(24, 6, 0.4)[1]),  # its seam faces itself
+    "shallow cone": (band(24, 6, 0.4)[0] * [50, 50, 1], band(24, 6, 0.4)[1]),  # one piece
     "icosahedron": (40 * igl.icosahedron()[0], igl.icosahedron()[1]),
 }
 

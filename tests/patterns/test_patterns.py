@@ -221,7 +221,7 @@ def test_one_sided_surfaces_are_drawn_and_both_sides_of_their_cuts_are_numbered(
 ) -> None:
     V, F = NASTY[name]()
     with pytest.warns(MeshWarning):
-        # not cut for this page, because the pattern would join the parts again
+        # prevent cuts that fill the page, because the pattern would join the parts again
         atlas = unwrap(V, F, packing=Packing(resolution=2048, texel_density=1), progress=False)
     pattern = write_pattern(tmp_path / "p.svg", V, F, atlas)
     assert any(seam.twisted for seam in pattern.seams)

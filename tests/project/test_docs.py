@@ -30,7 +30,7 @@ needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no chromium to ope
 def list_public_objects() -> Iterator[tuple[str, object]]:
     """Yield each public function and class of the package with its public name.
 
-    Public are the names of the package, the `__all__` of each room, and the API reference.
+    Public are the names of the package, the `__all__` of each subpackage, and the API reference.
     """
     # of the adapters, only one function per library needs an example
     yield from ((name, resolve(name)) for name in read_reference() if ".adapters." not in name)

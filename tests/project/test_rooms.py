@@ -1,6 +1,6 @@
-"""The rooms (subpackages) are small, and other rooms import them only through their `__init__`.
+"""Subpackages ("rooms") are small, and are imported by other subpackages only through their `__init__`.
 
-import-linter checks which rooms a room may import, with the contracts in pyproject.toml.
+import-linter checks which subpackages a subpackage may import, with the contracts in pyproject.toml.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import igl_linabf
 MODULES = [module.name for module in pkgutil.walk_packages(igl_linabf.__path__, "igl_linabf.")]
 FACES = ["igl_linabf", *(name for name in MODULES if name.count(".") == 1)]
 PACKAGE = Path(igl_linabf.__file__).parent
-MAX_MODULES = 12  # modules in each folder
+MAX_MODULES = 12  # maximum number of modules in a folder
 
 
 def room_of(module: str) -> str:
@@ -36,7 +36,7 @@ def test_rooms_import_only_the_init_of_other_rooms() -> None:
         f"{importer} imports {imported}"
         for importer in sorted(graph.modules)
         for imported in sorted(graph.find_modules_directly_imported_by(importer))
-        # a room may import the `__init__` of another room, and modules of the rooms that contain it
+        # allowed: the `__init__` of any subpackage, and modules of subpackages that contain the importer
         if not f"{importer if importer in faces else room_of(importer)}.".startswith(f"{room_of(imported)}.")
     ]
     assert not reached_into, reached_into

@@ -211,7 +211,7 @@ def normalize_maps(z, corner, double_area, area):
 
 
 def developed_edges(turning, log_ratio):
-    """Return the edges of a loop from its turning, over its total length; edge k starts at vertex k."""
+    """Return the edges of a loop from its turning, divided by its total length; edge k starts at vertex k."""
     length = np.cumsum(log_ratio - log_ratio.mean())
     edge = np.exp(length - length.max() + 1j * np.cumsum(turning))
     return edge / np.abs(edge).sum()

@@ -100,7 +100,7 @@ def shortest_edges(ends, length, n):
     proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
     (i, j), edge = ends[proper].T, np.tile(proper, 2)
     key = np.append(i * n + j, j * n + i)
-    order = np.lexsort((edge, length[edge], key))  # of equally short edges, the first one
+    order = np.lexsort((edge, length[edge], key))  # choose the first of equally short edges
     key, first = np.unique(key[order], return_index=True)
     return np.searchsorted(key, n * np.arange(n + 1)), key % n, edge[order][first]
 

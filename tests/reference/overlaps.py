@@ -53,7 +53,7 @@ def common_areas(z, F, pairs):
 
 
 def overlap_sheets(pairs, beside, m, most):
-    """Return the two sheets of the `most` largest overlaps of m faces, whose neighbours are `beside`."""
+    """Return the two sheets of the `most` largest overlaps of m faces; `beside` lists adjacent faces."""
     pairs = np.unique(np.concatenate((pairs, pairs[:, ::-1])), axis=0)
     number = {pair: k for k, pair in enumerate(map(tuple, pairs.tolist()))}
     near = [set() for _ in range(m)]

@@ -429,7 +429,7 @@ NOTHING_TO_CHECK = {"all on a line", "coordinates of 1e200"}  # `check_uv` finds
 
 @pytest.mark.parametrize("name", sorted(NASTY.keys() - NOTHING_TO_CHECK))
 def test_an_atlas_that_unwrap_calls_good_is_good_with_the_same_options(name: str) -> None:
-    """Also if `unwrap` reorients faces, separates sheets, cuts one-sided surfaces or opens caps."""
+    """Even if `unwrap` reorients faces, separates sheets, cuts one-sided surfaces or opens caps."""
     V, F = NASTY[name]()
     for packing in (None, Packing(resolution=1024, padding=2)):
         with warnings.catch_warnings():

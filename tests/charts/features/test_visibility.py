@@ -82,7 +82,7 @@ FACES = {  # the direction that each model looks towards
 def test_seams_stay_off_a_face(name: str) -> None:
     V, F = bust() if name == "bust" else load(name)
     away = -np.array(FACES.get(name, [1, 0, 0])) / np.linalg.norm(FACES.get(name, [1, 0, 0]))
-    roomy = Packing(resolution=2048, texel_density=1)  # no chart is cut for this page
+    roomy = Packing(resolution=2048, texel_density=1)  # so large that no chart is cut
     anywhere = unwrap(V, F, packing=roomy)
     size = float(np.sqrt(igl.doublearea(V, F).sum() / 2))
     for turn in (np.eye(3), np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]):

@@ -150,7 +150,7 @@ def test_find_seams_returns_the_seams_along_which_unwrap_cuts(name: str) -> None
     if unwrap(V, F, seams).fill > 0.5:
         assert made == found
     else:
-        assert made >= found  # charts may be cut further for a fuller page
+        assert made >= found  # charts may be cut further to fill the page
 
 
 @pytest.mark.parametrize("keep_holes", [False, True])
@@ -233,7 +233,7 @@ def test_a_rounded_box_becomes_the_net_of_the_box_in_any_position() -> None:
 
 def test_a_small_trade_cuts_a_body_with_fillets_as_a_smooth_one() -> None:
     V, F = ROUNDED["rounded plate, finer"]()
-    # no chart is cut for this page
+    # the page is so large that no chart is cut to fill it
     options = {"method": "linabf", "packing": Packing(resolution=2048, texel_density=1)}
     many, few = (unwrap(V, F, charts=ChartOptions(trade=trade), **options) for trade in (6, 0.05))
     assert few.good

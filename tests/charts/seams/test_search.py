@@ -56,7 +56,7 @@ def test_every_component_becomes_one_disk(name: str, trade: float) -> None:
     assert (origin[F_cut] == F).all()
     assert (origin[: len(V)] == np.arange(len(V))).all()
     parts = pieces(F_cut)
-    in_panels = trade > 0 and name.endswith("nut")  # of planes and cylinders
+    in_panels = trade > 0 and name.endswith("nut")  # the nut consists of planes and cylinders
     assert len(parts) == len(pieces(F)) or (in_panels and len(parts) == 2)
     for part in parts:
         assert chi_and_loops(part) == (1, 1) or in_panels
@@ -114,7 +114,7 @@ def test_seams_of_the_bunny_are_short_and_keep_its_distortion_low() -> None:
     assert chi_and_loops(F_cut) == (1, 1)
     measured = quality(V_cut, F_cut, flatten(V_cut, F_cut).uv)
     assert measured.flips == 0
-    # for comparison, seams from a tree between six far points: 1.16e-4, 1.14, and a length of 2.58 diagonals
+    # a tree between six distant points gives 1.16e-4, 1.14, and a seam length of 2.58 diagonals
     assert measured.angle_distortion <= 1.15e-4
     assert measured.stretch_l2 <= 1.155
     assert length(V, seams) <= 2.05 * np.linalg.norm(np.ptp(V, axis=0))

@@ -139,7 +139,7 @@ def test_compressed_files_hold_the_mesh_and_are_written_uncompressed(
     assert not {"extensionsUsed", "extensionsRequired"} & set(after.extras.source.gltf.text)
     assert len(after.F) == len(F)
     assert main(["unwrap", str(source), "-o", str(tmp_path / "out.obj"), "--quiet"]) == 0
-    assert not capsys.readouterr().err  # OBJ loses nothing by it
+    assert not capsys.readouterr().err  # OBJ loses nothing, so no warning
 
 
 def test_uncompressed_data_are_used_if_the_file_has_both(tmp_path: Path) -> None:

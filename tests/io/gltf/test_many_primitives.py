@@ -38,7 +38,7 @@ def test_primitives_of_a_shared_buffer_have_their_own_vertices(tmp_path: Path) -
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     size = (tmp_path / "in.glb").stat().st_size
-    assert peak < 50 * size  # 360 times if each primitive had all vertices
+    assert peak < 50 * size  # 360 * size if each primitive had all vertices
     assert mesh.V.shape == V.shape and (mesh.V[mesh.triangles] == V.astype("f4")[F]).all()
     text = read_file(tmp_path / "out.glb").extras.source.gltf.text
     counts = [

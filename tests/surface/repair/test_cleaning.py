@@ -96,7 +96,7 @@ def test_the_repaired_orientation_is_consistent_and_the_result_has_the_given_one
 
 def test_a_one_sided_band_is_cut_once_and_unrolls_nearly_isometrically() -> None:
     V, F = band(80, 9, 1)
-    atlas = unwrapped(V, F, charts=ChartOptions(trade=0))  # not cut for a fuller page
+    atlas = unwrapped(V, F, charts=ChartOptions(trade=0))  # no cuts to fill the page
     assert len(atlas.charts) == 1
     assert atlas.quality.stretch_l2 < 1.01
     torn = next(r for r in atlas.report.repairs if r.kind == "torn")
@@ -279,7 +279,7 @@ def flat_with(V: np.ndarray, F: np.ndarray, seams: np.ndarray) -> tuple[np.ndarr
 def test_a_disk_that_would_gain_little_is_not_cut(name: str) -> None:
     V, F = load(name)
     uncut = unwrap(V, F, charts=ChartOptions(trade=0), weld=False)  # the camel was cut open along a path
-    roomy = Packing(resolution=2048, texel_density=1)  # not cut for its page
+    roomy = Packing(resolution=2048, texel_density=1)  # so large that no chart is cut
     assert unwrap(V, F, weld=False, packing=roomy).seam_length == uncut.seam_length
 
 
