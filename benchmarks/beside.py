@@ -45,13 +45,13 @@ HEADS = ("charts", "seams", "L2 stretch", "area distortion", "mean energy", "fli
 FORMATS = (",.0f", ".2f", ".3f", ".3f", ".3f", ",.0f", ",.0f", ".1f")
 Figures = dict[str, float]
 NOTES = f"""
-The column seams is the length of the seams over the square root of the area. Mean energy is the symmetric
-Dirichlet energy, which is 4 for an isometry. OptCuts and the row of `unwrap` below it have the bound
-{optcuts_peer.BOUND} on it. The other programs run with their default options. The first row of `unwrap` below
-them has default options, too, and the second one has the energy of the other program as its bound.
-Distortion does not include flipped faces, and overlaps are pairs of triangles of one chart. PartUV's tree of
-parts comes from the normals of the faces instead of its neural network, which needs a GPU. With the network,
-its charts may be better. They are measured before packing.
+The column seams is the length of the seams divided by the square root of the area. Mean energy is the
+symmetric Dirichlet energy, which is 4 for an isometry. OptCuts and the row of `unwrap` below it have the
+bound {optcuts_peer.BOUND} on this energy. The other programs run with their default options. The first row
+of `unwrap` below them has default options, too, and the second one has the energy of the other program as
+its bound. Distortion does not include flipped faces, and overlaps are pairs of triangles of one chart.
+PartUV's tree of parts comes from the normals of the faces instead of its neural network, which needs a GPU.
+With the network, its charts may be better. They are measured before packing.
 """
 
 

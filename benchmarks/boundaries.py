@@ -110,7 +110,7 @@ def main() -> None:
     print(
         "Each cell contains F/3nt, the L2 stretch and the number of flipped triangles; the number of\n"
         "solves (and of conjugate gradient steps), the distance of the boundary from the requested shape,\n"
-        "relative to the size of the shape, and the **CPU time over the free map**.\n"
+        "relative to the size of the shape, and the **CPU time relative to the free map**.\n"
     )
     print("| mesh | triangles | free | circle | rectangle |")
     print("|---|---|---|---|---|")

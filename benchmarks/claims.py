@@ -101,8 +101,8 @@ def print_solvers() -> None:
     """Print the distance of the maps of other solvers from the default map, at two tolerances."""
     print(
         "Each cell is the largest distance of a vertex from its position in the default map, after the\n"
-        "best similarity, over the larger side of the map. The solvers are CHOLMOD and a factorisation of\n"
-        "the whole system.\n"
+        "best similarity, relative to the larger side of the map. The solvers are CHOLMOD and a\n"
+        "factorisation of the whole system.\n"
     )
     print("| mesh | triangles | default: cholmod | direct | rtol=1e-10: cholmod | direct |")
     print("|---|---|---|---|---|---|")

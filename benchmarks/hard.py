@@ -143,8 +143,8 @@ def main() -> None:
     warnings.simplefilter("ignore")
     made: dict[str, list[Figures]] = {name: [] for name in list_makers()}
     print(
-        "Each cell contains the number of charts, the seam length over the square root of the area, the\n"
-        "L2 stretch, the fill of the page, the number of planes that are cut, and the share of the seam\n"
+        "Each cell contains the number of charts, the seam length divided by the square root of the area,\n"
+        "the L2 stretch, the fill of the page, the number of planes that are cut, and the share of the seam\n"
         "length that is mirror-symmetric.\n"
     )
     print(f"| part | triangles | {' | '.join(made)} |\n|{'---|' * (2 + len(made))}")

@@ -215,11 +215,11 @@ def main() -> None:
     print(
         "A mechanism is switched off in each row. The second column counts the maps that change without\n"
         "the mechanism: F/3nt by more than a thousandth, or flips or outcome. F/3nt and L2 are the\n"
-        "medians of the ratios without the mechanism over with it, for the kind of map where they are\n"
+        "medians of the ratios without / with the mechanism, for the kind of map where they are\n"
         "largest. The next column counts outcomes that get worse, and outcomes that get better. Time is\n"
-        "the CPU time of all maps without the mechanism over the time with it. The slowest verb is the\n"
-        "kind of map with the largest median of this ratio. The verdict is whether these figures justify\n"
-        "the mechanism, or what else breaks without it.\n"
+        "the CPU time of all maps without the mechanism divided by the time with it. The slowest verb is\n"
+        "the kind of map with the largest median of this ratio. The verdict is whether these figures\n"
+        "justify the mechanism, or what else breaks without it.\n"
     )
     print("| switched off | maps that change | F/3nt | L2 | worse, better | time | slowest verb | verdict |")
     print("|---" * 8 + "|")

@@ -54,8 +54,8 @@ def main() -> None:
     warnings.simplefilter("ignore")
     makers = [ours] + [unwrap_with_xatlas] * bool(find_spec("xatlas"))
     print(
-        "The column seams is the length of the seams over the square root of the area. The L2 stretch is\n"
-        "1 if lengths are preserved, and the mean conformal distortion is 1 if angles are preserved.\n"
+        "The column seams is the length of the seams divided by the square root of the area. The L2 stretch\n"
+        "is 1 if lengths are preserved, and the mean conformal distortion is 1 if angles are preserved.\n"
     )
     heads = ["part", "triangles", "charts", "seams", "L2 stretch", "conformal"]
     heads += [f"{head}, xatlas" for head in heads[2:]] * (len(makers) - 1)

@@ -25,7 +25,7 @@ def main() -> None:
     warnings.simplefilter("ignore", OutcomeWarning)
     print(
         "Each cell contains F/3nt and the number of flipped triangles; the number of iterations, the\n"
-        "largest closure residual of a hole, and the **time over igl.lscm**.\n"
+        "largest closure residual of a hole, and the **time relative to igl.lscm**.\n"
     )
     print("| mesh | triangles | holes | igl.lscm | one step | default | converged | ABF |")
     print("|---|---|---|---|---|---|---|---|")

@@ -98,12 +98,12 @@ def main() -> None:
     warnings.simplefilter("ignore", OutcomeWarning)
     print(
         f"The pages have {RESOLUTION} x {RESOLUTION} texels, with {PADDING} texels of padding. The column\n"
-        "seams is the length of the seams over the square root of the area. Spread is the 99th over the\n"
-        "1st percentile of the texel areas. Fill is the covered share of the page; pages of xatlas and\n"
-        "uvunwrap need not be square. Touching is the number of charts that share a texel of a bilinear\n"
-        "lookup with another chart, and s is the time in seconds. The rows of igl.lscm flatten each chart\n"
-        "of unwrap without packing. In contrast, unwrap keeps the map of a chart that is cut only to fill\n"
-        "the page better.\n"
+        "seams is the length of the seams divided by the square root of the area. Spread is the ratio of\n"
+        "the 99th to the 1st percentile of the texel areas. Fill is the covered share of the page; pages\n"
+        "of xatlas and uvunwrap need not be square. Touching is the number of charts that share a texel\n"
+        "of a bilinear lookup with another chart, and s is the time in seconds. The rows of igl.lscm\n"
+        "flatten each chart of unwrap without packing. In contrast, unwrap keeps the map of a chart that\n"
+        "is cut only to fill the page better.\n"
     )
     print(f"| mesh | by | {HEADS} |\n|{'---|' * (HEADS.count('|') + 3)}")
     tables: dict[str, list[list[float]]] = {}

@@ -1,4 +1,4 @@
-"""One part without texture coordinates does not keep a command from the other parts of a scene."""
+"""If one part of a scene has no texture coordinates, commands still process the other parts."""
 
 from __future__ import annotations
 
