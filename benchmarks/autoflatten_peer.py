@@ -1,4 +1,4 @@
-"""Flatten a patch with autoflatten, and measure maps by its distances.
+"""Flatten a patch with autoflatten, and measure maps by autoflatten's distances.
 
     python benchmarks/autoflatten_peer.py PATCH SURFACE MAPS.npz OUT.npz [run]
 

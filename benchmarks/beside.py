@@ -56,7 +56,7 @@ With the network, its charts may be better. They are measured before packing.
 
 
 class Peer(NamedTuple):
-    """A program that makes atlases, its meshes, and the bound on the mean energy that it is given."""
+    """A program that makes atlases, its meshes, and the bound on the mean energy that the program gets."""
 
     name: str
     make: Maker

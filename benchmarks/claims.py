@@ -108,7 +108,7 @@ def print_solvers() -> None:
     print("|---|---|---|---|---|---|")
     for name, V, F in [brain(), *load_shared_meshes("disk"), *load_shared_meshes("stress")]:
         if name == "flipfree_deer":
-            continue  # the map of deer exceeds the range of double precision
+            continue  # the map of the mesh deer exceeds the range of double precision
         cells = []
         for rtol in (None, 1e-10):
             options = {} if rtol is None else {"rtol": rtol}

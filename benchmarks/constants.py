@@ -36,7 +36,7 @@ ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "igl_linabf"
 FACTORS = (0.5, 2.0)
 LARGEST = 10_500  # triangles of the largest mesh; 10,000 are enough for tips, limbs and overlaps
-# left out, because these meshes take a third of the time for few results
+# meshes that are left out, because they take a third of the time and add few results
 SLOW = ("a thousand loose triangles", "rounded plate, finer")
 TIMEOUT = 300  # time limit of a process in seconds
 FIGURES = ("charts", "seam", "L2 stretch", "F/3nt", "fill", "flips")

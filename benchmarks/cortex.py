@@ -56,7 +56,7 @@ def fsaverage_patch(folder: Path) -> tuple[Path, np.ndarray]:
     )
     kept_vertices = np.zeros(len(white), dtype=bool)
     kept_vertices[kept] = True
-    # drop vertices along the cuts; otherwise, faces across a cut would close it
+    # drop vertices along each cut, because faces across the cut would close the cut
     kept_vertices[edges[faces == 1]] = False
     border = np.zeros(len(white), dtype=bool)
     border[F[~kept_vertices[F].all(axis=1)]] = True
@@ -79,7 +79,7 @@ def time_calls(run: Callable[[], np.ndarray], repeat: int) -> tuple[np.ndarray, 
 def run_autoflatten(
     folder: Path, patch: Path, surface: Submesh, maps: dict[str, np.ndarray], python: str
 ) -> dict:
-    """Return the map of autoflatten, its seconds, and the errors of all maps, by its distances."""
+    """Return the map of autoflatten, its seconds, and the errors of all maps, by autoflatten's distances."""
     known = {f"map {name}": uv for name, uv in maps.items()}
     np.savez(folder / "maps.npz", V=surface.V, F=surface.F, vertices=surface.vertices, **known)
     script = Path(__file__).with_name("autoflatten_peer.py")

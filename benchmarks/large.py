@@ -27,7 +27,7 @@ from scipy.ndimage import zoom
 from igl_linabf import flatten, quality, unwrap
 from igl_linabf.uv import pack
 
-BUMP_POINTS = SIZES["50k"]  # grid points along an axis of the original shape with bumps, which is resampled
+BUMP_POINTS = SIZES["50k"]  # grid points along an axis of the shape with bumps, before it is resampled
 SAMPLED, FINEST = (96, 144, 200, 282, 396), 312  # grid points along an axis
 DISKS, REPEAT = (20_000, 100_000, 500_000), 3
 FLOATER = 1e-3  # components with a smaller share of the area are floaters

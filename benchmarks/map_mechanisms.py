@@ -81,7 +81,7 @@ MECHANISMS: dict[str, tuple[Patch, ...]] = {
 MECHANISMS = {name: tuple(patches) for name, patches in MECHANISMS.items()}
 
 
-# documented behaviour that a mechanism preserves, although these meshes do not show it
+# documented behaviour that a mechanism preserves, even if the maps of the benchmark do not change
 PROMISED = {
     "another ratio of slivers for small systems": "a circle of converged ABF, a Flattener's analysis",
     "slow steps solved further": "angles held at their bounds",

@@ -55,7 +55,7 @@ def our_cells(name: str) -> str:
 
 
 def peer_cells(program: str, name: str) -> str:
-    """Return the table cells of another program, which places faces outside of its charts at (0, 0)."""
+    """Return the table cells of another program; faces outside of its charts are at (0, 0)."""
     V, F = NASTY[name]()
     made = peers()[program](V, F)
     corner = made.TC[made.FTC]

@@ -1,4 +1,4 @@
-"""Time `abf` and OpenABF (ABF++ and LSCM), which is compiled from its sources.
+"""Compile OpenABF (ABF++ and LSCM) from its sources, and compare its time with `abf`.
 
     git clone https://github.com/educelab/OpenABF FOLDER/OpenABF
     IGL_LINABF_PEERS=FOLDER python benchmarks/openabf_peer.py

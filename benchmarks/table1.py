@@ -159,7 +159,7 @@ def measure_mesh(mesh: Mesh, repeat: int) -> Row:
 
 
 def describe_tiny_corners(V: np.ndarray, F: np.ndarray, exact: np.ndarray, default: np.ndarray) -> str:
-    """Describe the triangle where the relative errors of the default exceed the errors of ABF most."""
+    """Describe the triangle where the relative angle errors of default linABF exceed those of ABF most."""
     surface = Submesh.checked(V, F)
     changes = [measure_change(surface, surface.checked_map(uv)) for uv in (default, exact)]
     ours, best = (change.angle_distortion.mean(axis=0) / len(F) for change in changes)

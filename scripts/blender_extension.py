@@ -30,7 +30,7 @@ PIP_PLATFORMS = {  # platform in Blender: names of the platform in pip
     "macos-arm64": ("macosx_12_0_arm64", "macosx_11_0_arm64"),
     "windows-x64": ("win_amd64",),
 }
-# NumPy versions of Blender 4.2 to 5.0 and of later versions, which constrain the other wheels
+# NumPy versions of Blender 4.2 to 5.0, and of later versions; all other wheels must support them
 NUMPY = {"3.11": "numpy<2", "3.13": "numpy>=2,<2.4"}
 BPY = "bpy>=4.2,<6"
 

@@ -114,7 +114,7 @@ def load(name: str) -> Surface:
     if name in MESHES:
         try:
             return MESHES[name]()
-        except ImportError as error:  # an environment may lack the packages of these meshes
+        except ImportError as error:  # packages that contain these meshes may be missing
             pytest.skip(f"{error.name} is not installed: no {name}")
     if FOLDER is None:
         pytest.skip(f"{NO_FOLDER}{name}")
@@ -122,7 +122,7 @@ def load(name: str) -> Surface:
 
 
 def find_blender_python() -> Path:
-    """Return a Python with bpy: IGL_LINABF_BPY, the running one, or from `make blender`; else skip."""
+    """Return the path of a Python with bpy, from IGL_LINABF_BPY or `make blender`, or skip the test."""
     named = os.environ.get("IGL_LINABF_BPY")
     if named:
         return Path(named)
@@ -135,7 +135,7 @@ def find_blender_python() -> Path:
 
 @cache
 def can_import_bpy(python: Path) -> bool:
-    """Return True if a Python exists and can import bpy, which fails in an incomplete environment."""
+    """Return True if a Python exists and can import bpy; the import fails in an incomplete environment."""
     if not python.exists():
         return False
     try:
@@ -208,7 +208,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 @pytest.fixture
 def few_sources(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Measure distances from only a few vertices, which is faster but less exact."""
+    """Measure distances from only a few vertices, to save time; the result is less exact."""
     monkeypatch.setattr("igl_linabf.measures.distances.MAX_SOURCES", 100)
 
 

@@ -66,7 +66,7 @@ def cone(n: int, height: float) -> Surface:
 
 
 def pencil(n: int, height: float, tip: float) -> Surface:
-    """Return a cylinder with a cone on top, which meet in a blunt crease."""
+    """Return a cylinder with a cone on top; both meet in a blunt crease."""
     (V, F), (_, top) = prism(n, height), cone(n, 1)
     apex = np.array([[0, 0, height + tip]])
     lid = (n <= F).all(axis=1)

@@ -1,4 +1,4 @@
-"""Thirty-one meshes such as exporters, scanners and games produce, which are barely or not at all manifold.
+"""Thirty-one defective meshes of the kinds that exporters, scanners and games produce. Many are not manifold.
 
 `NASTY[name]()` returns V and F. All vertices that faces refer to are finite.
 """

@@ -131,7 +131,7 @@ def test_the_test_of_the_clock_covers_all_options() -> None:
     assert set(CHARTS) == {field.name for field in fields(ChartOptions) if field.name != "_"}
     assert set(PACKING) == {field.name for field in fields(Packing) if field.name != "_"}
     assert set(CONES) == {field.name for field in fields(Cones) if field.name != "_"}
-    common = {"V", "F", "method", "progress", "options"}  # the method's options are in METHOD_OPTIONS
+    common = {"V", "F", "method", "progress", "options"}  # options of methods are in METHOD_OPTIONS
     assert {*UNWRAP, "charts", "cones", "packing"} | common == {*signature(unwrap).parameters}
     assert {*FLATTEN, "bc"} | common == {*signature(flatten).parameters}
 

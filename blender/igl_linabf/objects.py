@@ -18,7 +18,7 @@ class CannotUnwrapError(Exception):
 
 
 def choose_objects(context: bpy.types.Context) -> tuple[list[bpy.types.Object], list[str]]:
-    """Return the objects to unwrap, each mesh once, and the names of linked objects, which are left out.
+    """Return the objects to unwrap, each mesh once, and the names of omitted linked objects.
 
     In edit mode, the edited objects are unwrapped, otherwise the selected objects. The mesh of a linked
     object belongs to another file, so that changes to the mesh would be lost.

@@ -17,7 +17,7 @@ AXES = {"X": 0, "Y": 1, "Z": 2}
 
 @dataclass(frozen=True)
 class Surface:
-    """The faces of all parts; `vertices`, `faces` and `corners` are the first indices of the parts."""
+    """The faces of all parts; `vertices`, `faces` and `corners` are the first index of each part."""
 
     parts: list[Part]
     vertices: np.ndarray

@@ -49,7 +49,7 @@ def connect_client(scheduler: str) -> Iterator[Any]:
 
 @contextmanager
 def start_local_client(workers: int | None, memory: int | None) -> Iterator[Any]:
-    """Start a cluster of single-threaded workers on this machine, which listens on loopback only."""
+    """Start single-threaded workers on this machine; all of them listen on the loopback interface only."""
     import dask
     from dask.system import CPU_COUNT
     from distributed import Client, LocalCluster

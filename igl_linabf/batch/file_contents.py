@@ -1,4 +1,4 @@
-"""Read what `unwrap` uses of a mesh file: the seams of its texture coordinates, and its materials."""
+"""Read contents of a mesh file that `unwrap` uses: seams of texture coordinates, and materials."""
 
 import warnings
 from typing import Any
@@ -34,7 +34,7 @@ def get_material_labels(mesh: MeshFile) -> IntArray:
 def _unwrap_bare_faces(
     mesh: MeshFile, charts: ChartOptions | None, method: Method
 ) -> tuple[FloatArray, Faces]:
-    """Return the texture coordinates of a mesh; faces without them get an automatic atlas."""
+    """Return the texture coordinates of a mesh; faces without texture coordinates get an automatic atlas."""
     assert mesh.TC is not None and mesh.texture is not None
     corners, sizes = mesh.polygons.corners_of(np.flatnonzero(mesh.bare)), mesh.polygons.sizes[mesh.bare]
     bare = Polygons(mesh.polygons.corners[corners], sizes)

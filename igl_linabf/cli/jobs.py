@@ -126,7 +126,7 @@ def run_command(command: Command, values: Mapping[str, Any], on_commit: Callable
 
 
 def _plan_jobs(job: Job) -> list[Job]:
-    """Return the job of each mesh. Raise if two jobs write the same file, or one replaces a file."""
+    """Return the job of each mesh. Raise if two jobs write the same file, or a job would replace a file."""
     if isinstance(job.given, str):
         mesh = Path(job.given)
         jobs = [replace(job, mesh=mesh, title=str(mesh))]

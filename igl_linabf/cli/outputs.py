@@ -50,7 +50,7 @@ def report_troubles(job: Job, good: bool, troubles: Iterable[str]) -> ExitCode:
 
 
 def warn_of_bare_parts(mesh: MeshFile, consequences: Iterable[str]) -> None:
-    """Warn of the parts without texture coordinates, and state what is done with them."""
+    """Warn of the parts without texture coordinates, and state how they are treated."""
     listed = mesh.list_bare_parts()
     if not listed:
         return

@@ -97,7 +97,7 @@ def pack_charts(
 
 
 def _read_mesh_with_coordinates(job: Job, bare: str, texcoord: int) -> tuple[MeshFile, FloatArray, Faces]:
-    """Read a mesh and its texture coordinates; `bare` states what is done with faces that lack them."""
+    """Read a mesh and its texture coordinates; `bare` is a text about faces without texture coordinates."""
     mesh = job.read(texcoord=texcoord)
     if mesh.TC is None or mesh.FTC is None:
         which, hint = ("second ", " with --texcoord 1") if texcoord else ("", "")

@@ -146,7 +146,7 @@ def unwrap_mesh(
 
 
 def _warn_of_bare_parts(mesh: MeshFile, bake: str | None, texcoord: int, seams: Any) -> None:
-    """Warn of parts that lack the texture coordinates which the options need."""
+    """Warn of parts without texture coordinates if the options need texture coordinates."""
     if mesh.TC is None:
         return
     consequences = {

@@ -36,7 +36,7 @@ def compute_area_changes(flat: FlatHemisphere) -> FloatArray:
 
 
 def compute_mean_curvatures(V: FloatArray, F: IntArray) -> FloatArray:
-    """Return the smoothed mean curvature at each vertex, in 1/mm, which is negative in sulci."""
+    """Return the smoothed mean curvature at each vertex, in 1/mm. The curvature of sulci is negative."""
     n, normals = len(V), igl.per_vertex_normals(V, F)
     area = igl.massmatrix(V, F, igl.MASSMATRIX_TYPE_VORONOI).diagonal()
     with np.errstate(invalid="ignore", divide="ignore"):

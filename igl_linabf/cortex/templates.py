@@ -48,7 +48,7 @@ class Template:
 
 @cache
 def load_fsaverage_template(name: HemisphereName) -> Template:
-    """Return the medial wall and the five cuts of fsaverage5's flat map, which comes with nilearn."""
+    """Return the medial wall and the five cuts of the flat map of fsaverage5 in the nilearn package."""
     side = {"lh": "left", "rh": "right"}[name]
     (points, F), (_, flat) = (_read_fsaverage(f"{kind}_{side}.gii.gz") for kind in ("sphere", "flat"))
     sphere = scale_to_unit_sphere(np.asarray(points, dtype=np.float64), "fsaverage5")
@@ -56,7 +56,7 @@ def load_fsaverage_template(name: HemisphereName) -> Template:
 
 
 def _read_fsaverage(name: str) -> list[NDArray[Any]]:
-    """Read a surface of fsaverage5 from nilearn's files, without importing nilearn, which takes seconds."""
+    """Read a surface of fsaverage5 from nilearn's files; importing nilearn itself would take seconds."""
     nibabel = import_optional("nibabel", HOW_TO_GET)
     nilearn = find_spec("nilearn")
     if nilearn is None or nilearn.origin is None:

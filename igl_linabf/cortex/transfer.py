@@ -19,7 +19,7 @@ MAX_DETOUR = 0.2  # maximum distance of a cut from the template's cut, radians
 
 @dataclass(frozen=True, eq=False)
 class Cuts:
-    """The medial wall and the cuts of a hemisphere, which are not in the flat map.
+    """The medial wall and the cuts of a hemisphere. Their vertices are left out of the flat map.
 
     Attributes
     ----------

@@ -209,7 +209,7 @@ def format_library(
 
 
 def _format_wrap(image_map: ImageMap, pages: int) -> list[str]:
-    """Return the MTL option that clamps an image; none for several pages, which leave the unit square."""
+    """Return the MTL option that clamps an image, but no option if pages lie outside the unit square."""
     return ["-clamp", "on"] if image_map.wrap == ("clamp", "clamp") and pages == 1 else []
 
 

@@ -39,7 +39,7 @@ from .seam_pairs import SeamSides, Sides, find_seams
 from .tabs import TabPlace, place_tabs
 
 PIECE_MARGIN = 0.005  # maximum distance between pieces, relative to the side of a square around the drawing
-MAX_MARGIN_COVERAGE = 0.64  # maximum share of this square that the margins of many pieces may cover
+MAX_MARGIN_COVERAGE = 0.64  # maximum share of the square around the drawing that margins may cover
 
 
 @dataclass(frozen=True, eq=False)

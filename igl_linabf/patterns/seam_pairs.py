@@ -145,7 +145,7 @@ def measure_seams(
 
 
 def find_partners(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[IntArray, BoolArray]:
-    """Return, for each side, the partner on the same edge of the surface, or -1, and whether it is twisted.
+    """Return, for each side, the partner on the same edge of the surface, or -1, and a mask of twisted pairs.
 
     Twisted partners have the same direction, which occurs only where a one-sided surface was cut.
     """

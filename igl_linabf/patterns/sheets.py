@@ -13,7 +13,7 @@ from .pattern import Pattern
 
 MARGIN = 10.0  # margin of the sheet and of each page, and overlap of pages, in mm
 BAR_LENGTHS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)  # possible lengths of the scale bar, in mm
-MIN_SAMPLE = 17.0  # least length of a line in the legend, which shows two periods of each dash pattern, in mm
+MIN_SAMPLE = 17.0  # minimum length of a line in the legend, in mm: two periods of each dash pattern
 LETTER_WIDTH = 0.6  # mean width of a letter, relative to the height of the text
 
 OUTLINE, SEWING, TAB, MOUNTAIN, VALLEY = "outline", "sewing", "tab", "mountain", "valley"
@@ -138,7 +138,7 @@ def _draw_pieces(pattern: Pattern, text: float) -> tuple[list[Stroke], list[Labe
 
 
 def _layer_of_tab(angle: float, crease: float) -> str:
-    """Return the layer of the base of a tab, which is a fold if the surface has a crease there."""
+    """Return the layer of the base of a tab: a fold if the surface has a crease there."""
     if abs(angle) < crease:
         return TAB
     return MOUNTAIN if angle > 0 else VALLEY

@@ -16,7 +16,7 @@ Geometries = NDArray[np.object_]
 DEPTHS = (1.0, 0.75, 0.5, 0.35, 0.25)  # depths of tabs that are tried, relative to the given width
 TAPERS = (45.0, 60.0, 30.0, 20.0, 10.0)  # angles at the base that are tried for each depth, in degrees
 MIN_TOP = 1 / 3  # least length of the top of a tab, relative to its base
-MAX_SAGITTA = 0.1  # largest distance of a curved base from its chord, relative to the width
+MAX_SAGITTA = 0.1  # largest distance of a curved base from its chord, relative to the tab's width
 CLEARANCE = 1e-3  # shrink tabs by this share of their width before overlap tests, because they may touch
 
 

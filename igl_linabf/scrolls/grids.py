@@ -12,7 +12,7 @@ SCALE_TOLERANCE = 4.0  # maximum ratio of the median point distance to the dista
 
 
 def triangulate_grid(points: FloatArray, filled: BoolArray) -> tuple[IntArray, BoolArray]:
-    """Split each cell of a grid whose four points are valid along its shorter diagonal.
+    """Split each grid cell with four valid points along its shorter diagonal.
 
     Return the triangles, (#F, 3), as indices into the row-major list of grid points, and a mask of the
     triangles of cells with a filled point. Triangles are counterclockwise if columns run to the right and

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 
 def check_shape(name: str, array: ArrayLike, columns: int, rows: int | None = None) -> int:
-    """Check that an array has this number of columns and, if given, of rows; return its number of rows."""
+    """Check the number of columns of an array and, if `rows` is given, of rows; return the number of rows."""
     shape: Sequence[int] = np.shape(array)
     if len(shape) != 2 or shape[1] != columns:
         raise ValueError(f"{name} has the shape {tuple(shape)}: pass an Nx{columns} array")

@@ -1,4 +1,4 @@
-"""The class `Atlas` of xatlas-python, and its call in one line."""
+"""The class `Atlas` and the function `parametrize` of xatlas-python."""
 
 from __future__ import annotations
 

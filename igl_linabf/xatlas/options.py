@@ -130,7 +130,7 @@ class PackOptions:
 
 
 def warn_of_ignored_options(charts: ChartOptions, pack: PackOptions, *, keeps_rotation: bool) -> None:
-    """Issue one warning that names the changed options without an effect.
+    """Issue one warning that names the options that were changed but have no effect.
 
     `keeps_rotation` says whether charts have a direction that they can keep.
     """

@@ -29,8 +29,8 @@ def test_found_seams_are_marked_and_unwrapping_along_them_again_keeps_them() -> 
     assert (polygon_areas(obj) > 0).all()
     assert first.min() >= 0
     assert first.max() <= 1
-    # the first map keeps the layout of charts that were split later; along marked seams, each chart is
-    # flattened separately
+    # both maps may differ: with found seams, charts are laid out before they are split; along marked seams,
+    # each chart is flattened separately
     assert unwrap(seams="MARKED", extend=False) == {"FINISHED"}
     assert seams_of(obj) == found
     own = uv_of(obj)

@@ -17,7 +17,7 @@ from igl_linabf.io import write_patch
 
 
 def draw_template(cuts: list[tuple[float, float]], wall: float = 0.4, subdivisions: int = 5) -> tuple:
-    """Return a ball, and a mask of a wall around its pole and of cuts, given by longitude and end."""
+    """Return a ball, and a mask of a wall around its pole and of cuts, each given by longitude and end."""
     V, F = ball(subdivisions)
     down = np.arccos(np.clip(V[:, 2], -1, 1))
     out = down < wall

@@ -145,7 +145,7 @@ def test_a_flat_disk_with_ears_is_reproduced_on_a_circle() -> None:
     rng = np.random.default_rng(1)
     at = np.sort(rng.uniform(0, 2 * np.pi, 24)) + np.array(
         [[0.0], [0.03], [0.01]]
-    )  # corners, ears, and ears on these ears
+    )  # corners, ears, and ears that are attached to ears
     z = np.concatenate((np.exp(1j * at).ravel(), 0.2 * rng.normal(size=(8, 2)) @ [1, 1j]))
     V = np.column_stack((z.real, z.imag, 0 * z.real))
     kept = np.r_[:24, 72:80]
@@ -299,7 +299,7 @@ def test_a_part_cut_off_from_a_straight_side_is_named() -> None:
     V, F = grid(6, 4)
     ear = int(np.flatnonzero((F == 30).any(axis=1))[0])
     a, b, c = F[ear]
-    V = np.vstack((V, V[F[ear]].mean(axis=0)))  # vertex 30 now has two faces, but an edge still cuts them off
+    V = np.vstack((V, V[F[ear]].mean(axis=0)))  # vertex 30 has two faces, both cut off by one edge
     F = np.vstack((np.delete(F, ear, axis=0), [[a, b, 35], [b, c, 35], [c, a, 35]]))
     with pytest.raises(MeshError, match=r"edges between boundary vertices \[25, 31\] cut off .*split_chords"):
         linabf(V, F, boundary="rectangle", corners=[0, 2, 34, 4])

@@ -135,7 +135,7 @@ def test_a_bad_mesh_gets_an_error_and_does_not_stop_other_meshes() -> None:
 def test_threads_change_no_bit_and_an_error_ends_them_all(monkeypatch: pytest.MonkeyPatch) -> None:
     meshes = [bumps(60 + 7 * k, k, 0.3) for k in range(24)]
     thin = bumps(300)
-    # meshes with slivers, which are solved in one system with other meshes
+    # meshes with slivers are solved together with other meshes in one system
     meshes[3] = meshes[20] = (thin[0] * [1, 0.02, 1], thin[1])
     monkeypatch.setattr("igl_linabf.flattening.many_meshes.FACES_PER_SYSTEM", 1000)
     made = []

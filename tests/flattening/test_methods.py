@@ -24,7 +24,7 @@ ONE_ITERATION = {
     "disk__igl_lilium.obj": 5.56e-5,
     "cortex": 2.54e-3,
 }
-HOLDS_FLIPS = "stress__flipfree_deer.obj"  # the map of deer exceeds the range of double precision
+HOLDS_FLIPS = "stress__flipfree_deer.obj"  # the map of this mesh exceeds double precision
 
 
 @pytest.mark.parametrize("name", ONE_ITERATION)

@@ -335,7 +335,7 @@ def check_partial_colours(folder: Path) -> None:
     text = json.loads(make_document({"COLOR_0": np.zeros((4, 3), "<f4")}))
     text["meshes"][0]["primitives"].append({"attributes": {"POSITION": 0}, "indices": 2})
     before, _ = round_trip(folder, "a.gltf", json.dumps(text))
-    # the primitive with colours is black, the other one white, even at shared vertices
+    # the primitive with colours is black; the primitive without colours is white, even at shared vertices
     assert (before.extras.corner_colours == np.repeat([0, 1], 12)[:, None]).all()
 
 

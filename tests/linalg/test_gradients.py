@@ -80,7 +80,7 @@ def test_blocks_that_do_not_converge_are_reported_and_do_not_affect_other_blocks
     _, short, converged = solve(A, M, b, 1e-9, most=3)
     assert short == [min(3, taken) for taken in steps]
     assert converged == [taken <= 3 for taken in steps]
-    A[1] = np.full_like(A[1], np.nan)  # as after an overflow
+    A[1] = np.full_like(A[1], np.nan)  # NaN, as after an overflow
     found, steps, converged = solve(A, M, b, 1e-9)
     assert converged == [True, False, True, True, True] and steps[1] <= 1
     for k in (0, 2, 4):

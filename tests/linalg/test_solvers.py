@@ -73,7 +73,7 @@ def test_the_pattern_is_analysed_once_for_any_number_of_iterations(monkeypatch) 
     monkeypatch.setattr(Cholesky, "factor", counted_factor)
     monkeypatch.setattr(preconditioner, "LARGE_SYSTEM", 0)  # correct for slivers in systems of any size
     flatten(V, F)
-    # factors of the Laplacian and of the small system of slivers; a step shares them with its chord step
+    # factors of the Laplacian and of the small system of slivers; a step and its chord step share both
     n, slivers = analysed
     assert n > 50 * slivers
     assert factored == [n, slivers, n]  # the last factor is that of the layout

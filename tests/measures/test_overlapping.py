@@ -1,4 +1,4 @@
-"""Overlaps agree with clipping all pairs of triangles, and seams remove them."""
+"""Overlaps agree with clipping all pairs of triangles, and cuts along seams remove overlaps."""
 
 from __future__ import annotations
 

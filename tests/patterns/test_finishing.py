@@ -119,8 +119,8 @@ def test_mountain_and_valley_folds_differ_in_every_format(tmp_path: Path) -> Non
     assert "mountain fold" in text
     assert "valley fold" in text
     image = np.asarray(page.render(scale=1.0).to_pil().convert("RGB")).astype(int)
-    assert (image[..., 0] - image[..., 2] > 100).any()  # orange
-    assert (image[..., 2] - image[..., 0] > 100).any()  # blue
+    assert (image[..., 0] - image[..., 2] > 100).any()  # orange mountain folds
+    assert (image[..., 2] - image[..., 0] > 100).any()  # blue valley folds
 
 
 def test_short_segments_are_drawn_as_one_line() -> None:
@@ -160,7 +160,7 @@ TABBED = {
     "star": star(),
     "thin plate": box(80, 60, 5),
     "cone": (band(24, 60, 0.4)[0] * [50, 50, 1], band(24, 60, 0.4)[1]),
-    "shallow cone": (band(24, 6, 0.4)[0] * [50, 50, 1], band(24, 6, 0.4)[1]),  # one piece
+    "shallow cone": (band(24, 6, 0.4)[0] * [50, 50, 1], band(24, 6, 0.4)[1]),  # seam sides face each other
     "icosahedron": (40 * igl.icosahedron()[0], igl.icosahedron()[1]),
 }
 

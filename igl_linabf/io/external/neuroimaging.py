@@ -51,7 +51,7 @@ class FreeSurferFile:
 
 
 def parse_gifti(path: Path) -> MeshFile:
-    """Read the surface of a GIFTI file, which may be compressed."""
+    """Read the surface of a GIFTI file, with the suffix .gii or, if compressed, .gii.gz."""
     nibabel = import_optional("nibabel")
     _check_gifti(path)
     image = call_reader(nibabel.load, path)
@@ -202,7 +202,7 @@ def _check_counts(data: bytes) -> None:
 
 
 def _find_counts(data: bytes) -> int:
-    """Return the byte offset of the counts in a triangle surface, which follow two lines of text."""
+    """Return the byte offset of the counts of vertices and faces, after two lines of text."""
     first = data.find(b"\n", len(TRIANGLE_FILE_MAGIC))
     second = data.find(b"\n", first + 1)
     if first < 0 or second < 0:

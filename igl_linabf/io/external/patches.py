@@ -112,7 +112,7 @@ def parse_patch(path: Path, surface: MeshFile) -> MeshFile:
 
 
 def _read_rows(data: bytes) -> NDArray[Any]:
-    """Return the rows of a patch file; raise `Damaged` if they do not match its header."""
+    """Return the rows of a patch file; raise `Damaged` if the rows do not match the header."""
     if len(data) < 8 or data[:4] != PATCH_MAGIC:
         raise Damaged("it does not begin with -1 as a big-endian integer, like a patch")
     count = int.from_bytes(data[4:8], "big")

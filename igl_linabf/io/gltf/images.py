@@ -147,7 +147,7 @@ def _find_image(texture: dict[str, Any]) -> int | None:
 
 
 def _read_image(gltf: Gltf, number: int | None) -> bytes:
-    """Return the image file with this number."""
+    """Return the bytes of the image file of an entry of `images`, given the number of the entry."""
     if number is None:
         raise MeshError("a texture has no image: remove it")
     image = gltf.entries("images")[number]

@@ -23,8 +23,8 @@ from .images import TEXTURE_TRANSFORM, find_texture_uses
 from .scene import DTYPES, INSTANCE_ATTRIBUTES, UNSIGNED, WIDTHS, Gltf
 from .schema import Index, Integer, ListOf, Number, ObjectOf, OfType, OneOf, Record, Schema, check_depth
 
-CORNER_BYTES = 64  # estimated memory per corner of a face
-INSTANCE_BYTES = 512  # estimated memory per instance, for its transform
+CORNER_BYTES = 64  # estimated bytes of memory per corner of a face
+INSTANCE_BYTES = 512  # estimated bytes of memory for the transform of an instance
 
 TEXT, FLAG = OfType(str), OfType(bool)
 NAME: dict[str, Schema] = {"name": TEXT}

@@ -171,7 +171,7 @@ def _make_asset_extras(mesh: MeshFile) -> dict[str, Any]:
 def _group_faces(
     part: IntArray, material: IntArray, bare: BoolArray
 ) -> Iterator[tuple[int, dict[tuple[int, bool], IntArray]]]:
-    """Yield each part with a dict of its faces, in ascending order, by material and `bare`."""
+    """Yield each part, and a dict from (material, `bare`) to its faces in ascending order."""
     keys = np.column_stack((part, material, bare))
     order = np.lexsort((bare, material, part))
     start = np.flatnonzero((keys[order[1:]] != keys[order[:-1]]).any(axis=1)) + 1

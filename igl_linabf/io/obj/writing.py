@@ -134,7 +134,7 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
 
 
 def _make_headings(n: int, labels: Iterable[tuple[str, FaceLabels | None]]) -> dict[int, str]:
-    """Return, for each face whose part or material differs from the previous face, the lines before it."""
+    """Return the lines `o` and `usemtl` to write before each face with a new part or material."""
     headings: dict[int, str] = {}
     for keyword, names in labels:
         if names is None:

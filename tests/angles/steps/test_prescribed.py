@@ -103,7 +103,7 @@ def test_the_remaining_rows_are_independent_and_the_omitted_sums_hold(kind: str)
     assert end.at.residual.largest <= 1e-10
     asked = ~np.isnan(constraints.sums)
     total = constraints.topology.sum_at_vertices(end.at.alpha)
-    assert np.abs(total - constraints.sums)[asked].max() < 1e-8  # the omitted rows hold as well
+    assert np.abs(total - constraints.sums)[asked].max() < 1e-8  # omitted rows hold as well
     assert np.abs(end.at.residual.log_ratio[constraints.topology.interior]).max() < 1e-8
 
 

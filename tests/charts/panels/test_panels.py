@@ -48,7 +48,7 @@ def test_a_box_opens_on_the_side_that_hides_its_seams(shape: tuple[float, float,
         assert shown <= hidden * (1 + 1e-9)
         assert (
             shown < 1e-9 or np.ptp(V @ axis) > 1.5 * np.ptp(V, axis=0).min()
-        )  # only a long box has visible seams, along its long sides
+        )  # a long box has visible seams along its long sides; all other boxes have none
 
 
 @pytest.mark.parametrize("charts", [None, ChartOptions(trade=30), ChartOptions(keep_holes=True)])

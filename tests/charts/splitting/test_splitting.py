@@ -109,7 +109,7 @@ def test_small_charts_are_merged_where_the_union_is_flat(
         )
 
 
-# the map of deer exceeds the range of double precision
+# the map of the mesh deer exceeds the range of double precision
 @pytest.mark.filterwarnings("ignore:.* edges are cut in addition to the given seams")
 @pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")
 def test_small_charts_are_merged_except_across_given_seams() -> None:

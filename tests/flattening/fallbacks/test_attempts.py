@@ -20,7 +20,7 @@ from igl_linabf.layouts import MAX_BOUNDARY_GAP, Layout, embed_in_circle, make_i
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import normalize_placement, planar_mesh, signed_double_areas
 
-DEER = "stress__flipfree_deer.obj"  # the conformal map of deer exceeds the range of double precision
+DEER = "stress__flipfree_deer.obj"  # the conformal map of this mesh exceeds the range of double precision
 CLOSED = ("pial", "closed__igl_cow.off", "closed__igl_fandisk.off", "closed__optcuts_horse_f10000.obj")
 
 

@@ -67,7 +67,7 @@ def test_materials_that_look_the_same_share_a_primitive_if_there_are_many(faces:
 
 
 def test_rounding_is_reported_once_where_a_texel_could_move(tmp_path: Path) -> None:
-    """The small parts of a large map are rounded no more than the whole map."""
+    """Small parts of a large map do not cause warnings of their own; they are rounded like the whole map."""
     write_shared_buffer(tmp_path / "in.glb", 100)
     mesh = read_file(tmp_path / "in.glb")
     atlas = unwrap(mesh.V, mesh.F)

@@ -22,7 +22,7 @@ from .properties import Properties, assign_colours
 
 UNITS = ("micron", "millimeter", "centimeter", "inch", "foot", "meter")  # in the order of lib3mf's codes
 UNKNOWN_EXTENSION_WARNING = 32914  # lib3mf's code for a required extension that it does not support
-PLACEMENT_BYTES, CORNER_BYTES = 2048, 96  # estimated memory per placed object, and per vertex or triangle
+PLACEMENT_BYTES, CORNER_BYTES = 2048, 96  # estimated bytes per placed object, and per vertex or triangle
 METADATA, TYPES, NUMBERS = "its metadata", "its object types", "its part numbers"
 
 

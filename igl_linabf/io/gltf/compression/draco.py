@@ -12,7 +12,7 @@ IS_MESH, EDGEBREAKER, HAS_METADATA = 1, 1, 0x8000  # values and flags in the hea
 
 
 class DracoMesh(NamedTuple):
-    """The decoded triangles (#T, 3), and the rows of each attribute, (#V, width), by its number."""
+    """The decoded triangles (#T, 3), and the rows of each attribute, (#V, width), by attribute number."""
 
     F: NDArray[Any]
     attributes: dict[int, NDArray[Any]]
