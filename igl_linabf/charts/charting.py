@@ -339,10 +339,10 @@ def _resolve_overlaps(
             return _PieceMap(result, overlapping_pairs_of_chart(piece.topology, result.uv), None, cost), []
     if rounds >= constants.MAX_OVERLAP_ROUNDS:
         return made, bisect(piece)
-    if made.result.holes:  # overlaps can be separated only in disks
-        return made, _cut_to_disk(piece, rules)
     parts = split_overlaps(piece, piece.faces[made.pairs])
-    return made, parts if len(parts) > 1 else []
+    if len(parts) > 1:
+        return made, parts
+    return made, _cut_to_disk(piece, rules) if made.result.holes else []
 
 
 def _cut_for_flips(piece: Submesh, flips: int, rounds: int, rules: ChartRules) -> list[Submesh]:

@@ -15,7 +15,7 @@ from ..._core import side_products
 from ..._runtime import advance
 from ..._types import FloatArray
 from ...errors import MeshError, some
-from ...flattening import Flattening, Method, Outcome
+from ...flattening import Flattening, Hole, Method, Outcome
 from ...surface import (
     NEXT,
     PREV,
@@ -117,9 +117,18 @@ def restrict_flattening(result: Flattening, piece: Submesh, part: Submesh, uv: F
         F=part.F,
         angles=result.angles[rows],
         flipped=flipped,
-        holes=result.holes if len(part.topology.loops) > 1 else (),
+        holes=_find_holes_of_part(result, piece, part),
         report=replace(report, repaired=repaired),
     )
     if made.outcome not in (Outcome.FLIPPED, Outcome.OVERLAPPING) or len(flipped):
         return made
     return replace(made, outcome=Outcome.VALID, message="no triangle of this part of the map is flipped")
+
+
+def _find_holes_of_part(result: Flattening, piece: Submesh, part: Submesh) -> tuple[Hole, ...]:
+    """Return the holes of a piece's map that a part contains uncut, with their vertices in the part."""
+    vertex = np.full(len(piece.V), -1)
+    vertex[piece.F[np.searchsorted(piece.faces, part.faces)]] = part.F
+    size = {v: len(loop) for loop in part.topology.loops for v in loop}
+    moved = [replace(hole, vertex=int(vertex[hole.vertex])) for hole in result.holes]
+    return tuple(hole for hole in moved if size.get(hole.vertex) == hole.size)

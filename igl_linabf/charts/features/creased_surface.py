@@ -24,7 +24,8 @@ MIN_DISK_CURVATURE = 0.02  # a curved disk has panels if its sum of (angle defec
 MIN_PLANE_SHARE = 1e-3  # minimum area of a large plane, as a share of the component's area
 PLANE_OVER_NEIGHBOURS = 2.0  # minimum ratio of a large plane's area to that of a smoothly adjacent plane
 TURN_OF_EXTENT = 1e-3  # turning, radians, that counts as much as a path of one extent in distances to planes
-MAX_FILLET_TURN = np.deg2rad(60.0)  # maximum total turn of the normal from a plane to a face of its fillet
+MAX_CHAMFER_ANGLE = np.deg2rad(50.0)  # maximum dihedral angle between a plane and its chamfer
+MAX_FILLET_ANGLE = np.deg2rad(60.0)  # maximum angle between a plane and a face of its fillets and chamfers
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +99,17 @@ class CreasedSurface:
 
     @cached_property
     def is_in_atom(self) -> BoolArray:
-        """Mask of the inner edges that lie within a polygon or, on a body with planes, within a plane."""
-        return np.asarray(self.in_one_plane & self.is_hard[self.label[self.faces[:, 0]]] | self._is_diagonal)
+        """Mask of the inner edges that page cuts do not use.
+
+        These are the diagonals of polygons and, on a body with planes, the edges within a plane or within the
+        fillets and chamfers around a large plane.
+        """
+        component = self.label[self.faces[:, 0]]
+        within, is_hard = self.in_one_plane, self.is_hard[component]
+        if is_hard.any():
+            one, other = self.nearest_plane[self.faces].T
+            within = within | (one == other) & (one >= 0) & self.has_narrow_fillets[component]
+        return np.asarray(is_hard & within | self._is_diagonal)
 
     @cached_property
     def _is_diagonal(self) -> BoolArray:
@@ -201,12 +211,24 @@ class CreasedSurface:
     @cached_property
     def nearest_plane(self) -> IntArray:
         """The large plane that each face can be reached from with the least turning of the normal, or -1."""
-        smooth, m = ~self.sharp, len(self.surface.F)
-        turn = (self.crease_angle + TURN_OF_EXTENT * self.length / self.edge_extent)[smooth]
-        indptr, indices, edge = shortest_edges(self.faces[smooth], turn, m)
+        blunt, m = self.crease_angle <= MAX_CHAMFER_ANGLE, len(self.surface.F)
+        turn = (self.crease_angle + TURN_OF_EXTENT * self.length / self.edge_extent)[blunt]
+        indptr, indices, edge = shortest_edges(self.faces[blunt], turn, m)
         everywhere, planes = np.ones(m, dtype=bool), np.flatnonzero(self.in_large_plane)
-        _, _, source = nearest_sources(indptr, indices, turn[edge], planes, everywhere, MAX_FILLET_TURN)
-        return np.where(source >= 0, self.plane[source], -1)
+        _, _, source = nearest_sources(indptr, indices, turn[edge], planes, everywhere, np.pi)
+        nearest = np.where(source >= 0, self.plane[source], -1)
+        normal = normals(self.surface.V, self.surface.topology.corner)
+        cosine = (normal * self._plane_normals[nearest]).sum(axis=1)
+        return np.where(cosine >= np.cos(MAX_FILLET_ANGLE), nearest, -1)
+
+    @cached_property
+    def has_narrow_fillets(self) -> BoolArray:
+        """Mask of the components whose large planes are larger than the fillets and chamfers around them."""
+        planes, near = (
+            sum_by_index(self.label, mask * self.surface.measured[0], len(self.extent))
+            for mask in (self.in_large_plane, self.nearest_plane >= 0)
+        )
+        return np.asarray(2 * planes > near)
 
     @cached_property
     def _plane_normals(self) -> FloatArray:

@@ -14,14 +14,14 @@ from functools import cached_property
 import numpy as np
 
 from ..._core import pack_shelves
-from ..._types import ComplexArray, FloatArray, IntArray
+from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from .constants import COARSE_TURNS, EXPECTED_FILL, GROWING_ROOM, MIN_SHAPED_AREA
 from .outlines import ChartMasks, Outline, rasterize_outlines
 from .spacing import Spacing
 
 # Maximum number of charts that are packed by their outlines. Smaller charts are packed as rectangles.
 MAX_SHAPED_CHARTS = 100
-RECTANGLE_FILL = 0.9  # charts that fill more of their rectangle are turned by 90 degrees only
+OBLIQUE_GAIN = 0.1  # minimum share of the page that oblique straight charts have to save
 COARSE_GRID = 64  # cells along the page's side when the rotations of charts are chosen
 FINE_GRID = 448  # cells along the page's side in the final layout
 # If the fine page is larger than the best coarse page by this factor, the next layout is refined, too.
@@ -81,11 +81,16 @@ class Charts:
         """Return a lower bound of the page width, because no chart on a page is longer than its diagonal."""
         return float(self.sizes.max() / np.hypot(1, aspect))
 
-    def turns(self, number: int) -> list[ComplexArray]:
-        """Return the rotations to try for each chart: `list_turns`, or the identity if charts are fixed."""
+    def turns(self, is_upright: BoolArray | bool) -> list[ComplexArray]:
+        """Return the turns of each chart to try: `list_turns`, or only the identity if charts are fixed."""
         if self.fixed:
             return [np.ones(1, dtype=np.complex128)] * len(self.areas)
-        return list_turns(self.areas, self.sizes, float(self.areas.sum()), number, self.upright)
+        return list_turns(np.broadcast_to(self.upright | is_upright, len(self.areas)))
+
+    @cached_property
+    def is_straight(self) -> BoolArray:
+        """Mask of the charts whose outline `is_straight`."""
+        return np.array([outline.is_straight for outline in self.outlines], dtype=bool)
 
     def select_shaped(self) -> IntArray:
         """Return the charts that are packed by their outlines: at most `MAX_SHAPED_CHARTS`, largest first.
@@ -99,22 +104,15 @@ class Charts:
         return np.asarray(largest[areas[largest] > MIN_SHAPED_AREA * areas.sum()])
 
 
-def list_turns(
-    areas: FloatArray, sizes: FloatArray, total: float, number: int, upright: bool
-) -> list[ComplexArray]:
-    """Return `number` evenly spaced rotations for each chart, but at most four for rectangular charts.
+def list_turns(is_upright: BoolArray) -> list[ComplexArray]:
+    """Return evenly spaced rotations for each chart: four for upright charts, `COARSE_TURNS` for all others.
 
-    Long rectangles get all rotations, because they may fit along a page's diagonal. `total` is the total area
-    of all charts. Opposite rotations are adjacent in the list, because a chart's mask at one of the two
-    rotations is its mask at the other, rotated by 180 degrees.
+    Opposite rotations are adjacent in the list, because the mask of a chart for one of them is the mask for
+    the opposite one, rotated by 180 degrees.
     """
-    quarters = min(number, 4)
-    rectangular = areas > RECTANGLE_FILL * sizes.prod(axis=1)
-    rectangular &= sizes.max(axis=1) < np.sqrt(total) / 2
-    numbers = np.where(upright | rectangular, quarters, number)
-    halves = {n: np.exp(2j * np.pi * np.arange(n // 2) / n) for n in (quarters, number)}
-    turns = {n: np.column_stack((half, -half)).ravel() for n, half in halves.items()}
-    return [turns[n] for n in numbers.tolist()]
+    halves = (np.exp(2j * np.pi * np.arange(n // 2) / n) for n in (COARSE_TURNS, 4))
+    free, quarters = (np.column_stack((half, -half)).ravel() for half in halves)
+    return [quarters if upright else free for upright in is_upright.tolist()]
 
 
 def find_fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | None) -> Layout | None:
@@ -124,10 +122,11 @@ def find_fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int 
     """
     if charts.least_side(spacing.aspect) > side * spacing.inner:
         return None
-    turns = charts.turns(COARSE_TURNS)
-    return _convert_aspect(
-        _place_on_pages(charts, charts.select_shaped(), turns, side, spacing, pages), spacing
-    )
+    shaped = charts.select_shaped()
+    found = _place_on_pages(charts, shaped, charts.turns(charts.is_straight), side, spacing, pages)
+    if found is None:
+        found = _place_on_pages(charts, shaped, charts.turns(False), side, spacing, pages)
+    return _convert_aspect(found, spacing)
 
 
 def find_largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
@@ -152,7 +151,11 @@ def _search_largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layo
         return Layout(np.ones(1, np.complex128), np.zeros(1, np.int64), np.zeros(1, np.complex128), side)
     shaped, turns = charts.select_shaped(), np.ones((n, 1), dtype=np.complex128)
     if len(shaped):
-        found = _find_coarse_layouts(charts, shaped, spacing)
+        found = _find_coarse_layouts(charts, shaped, spacing, charts.turns(charts.is_straight))
+        if charts.is_straight[shaped].any() and not charts.upright:
+            free = _find_coarse_layouts(charts, shaped, spacing, charts.turns(False))
+            if free[0].needed ** 2 < (1 - OBLIQUE_GAIN) * found[0].needed ** 2:
+                found = free
         if pages == 1 and len(shaped) == n:
             return _refine_layout(charts, found, spacing)
         turns[shaped] = found[0].layout.turn[shaped, None]
@@ -230,11 +233,13 @@ class _SquareLayout:
         return self.needed <= self.side
 
 
-def _find_coarse_layouts(charts: Charts, shaped: IntArray, spacing: Spacing) -> list[_SquareLayout]:
-    """Return the layouts of charts on two coarse grids, smallest page first."""
+def _find_coarse_layouts(
+    charts: Charts, shaped: IntArray, spacing: Spacing, turns: Turns
+) -> list[_SquareLayout]:
+    """Return layouts on two coarse grids, best first."""
     areas = charts.areas[shaped]
     order = np.argsort(-areas, kind="stable")
-    turns, found = charts.turns(COARSE_TURNS), list[_SquareLayout]()
+    found = list[_SquareLayout]()
     expected = float(np.sqrt(areas.sum() / spacing.aspect / EXPECTED_FILL))
     side = max(expected, charts.least_side(spacing.aspect))
     for _ in range(2):

@@ -10,7 +10,10 @@ import numpy as np
 
 from ..._core import occupied_cells, place_masks, rasterize
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ...surface import Ragged
+from ...surface import Ragged, coordinates
+
+PARALLEL_ANGLE = np.deg2rad(1.0)  # maximum angle between an edge and a parallel side of the page
+STRAIGHT_SHARE = 0.5  # minimum share of a straight outline's length that is parallel to the page's sides
 
 
 def rectangles(z: ComplexArray, charts: Ragged) -> tuple[ComplexArray, ComplexArray]:
@@ -37,6 +40,14 @@ class Outline:
     end: ComplexArray
     weight: IntArray
     area: float
+
+    @property
+    def is_straight(self) -> bool:
+        """Whether most edges are parallel to the axes, so that the chart belongs along the page's sides."""
+        edge = coordinates(self.end - self.start)
+        length = np.linalg.norm(edge, axis=1)
+        parallel = np.abs(edge).min(axis=1) <= np.sin(PARALLEL_ANGLE) * length
+        return bool(length[parallel].sum() >= STRAIGHT_SHARE * length.sum())
 
 
 @dataclass(frozen=True, eq=False)

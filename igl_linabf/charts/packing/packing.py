@@ -21,7 +21,7 @@ from ...surface import (
     signed_double_areas,
     times_power_of_two,
 )
-from .layout_search import Charts, Layout, find_fixed_layout, find_largest_layout
+from .layout_search import OBLIQUE_GAIN, Charts, Layout, find_fixed_layout, find_largest_layout
 from .outlines import outlines, rectangles
 from .spacing import Packing, Spacing, page_size, resolve_packing
 
@@ -237,10 +237,11 @@ def _prepare_charts(
         raise MeshError(f"chart {i} has no area (its {len(triangles[i])} faces lie on a line): leave it out")
     if request.fixed or (request.upright and len(maps) > 1):
         turn = np.ones(len(maps), np.complex128)
-    elif len(maps) == 1:
-        turn = np.array([_find_best_turn(z, request.spacing.aspect)])
     else:
         turn = min_rectangle_rotations(z, vertices.start)
+        if len(maps) == 1:
+            is_straight = outlines(z * turn, F, vertices, area)[0].is_straight
+            turn = turn * _find_best_turn(z * turn, request.spacing.aspect, is_straight)
     z = z * vertices.repeat(turn)
     origin, extent = rectangles(z, vertices)
     z -= vertices.repeat(origin)
@@ -324,8 +325,11 @@ def _fit_to_pages(
     return (low @ [1, 1j] - spacing.border * diagonal / scale)[layout.page], scale
 
 
-def _find_best_turn(z: ComplexArray, aspect: float) -> complex:
-    """Return the rotation of a single chart that minimises the size of the page around it."""
+def _find_best_turn(z: ComplexArray, aspect: float, is_straight: bool) -> complex:
+    """Return the turn of a single chart that minimises the size of the page around it.
+
+    A straight chart, whose sides are along the axes, stays there unless the turn saves `OBLIQUE_GAIN`.
+    """
     points = np.column_stack((z.real, z.imag)) - [z.real.mean(), z.imag.mean()]
     axes, sizes, _ = np.linalg.svd(points.T, full_matrices=False)
     # Qhull treats long thin charts as flat. Scaling to equal variances keeps the vertices of the hull.
@@ -333,9 +337,12 @@ def _find_best_turn(z: ComplexArray, aspect: float) -> complex:
     edges = np.roll(hull, -1) - hull
     turns = edges.conj() / np.abs(edges)
     quarter = np.exp(0.5j * np.pi * np.arange(SINGLE_CHART_TURNS) / SINGLE_CHART_TURNS)
-    turns = np.concatenate((turns[:: -(-len(turns) // SINGLE_CHART_TURNS)], quarter))
+    turns = np.concatenate((quarter, turns[:: -(-len(turns) // SINGLE_CHART_TURNS)]))
     if aspect != 1:
         turns = np.concatenate((turns, 1j * turns))
     turned = hull[:: -(-len(hull) // MAX_HULL_POINTS), None] * turns
     width = np.maximum(np.ptp(turned.real, axis=0), np.ptp(turned.imag, axis=0) / aspect)
+    if is_straight:
+        along = np.minimum(np.abs(turns.real), np.abs(turns.imag)) < 1e-9
+        width = np.where(along, width * np.sqrt(1 - OBLIQUE_GAIN), width)
     return complex(turns[int(width.argmin())])

@@ -8,10 +8,10 @@ from itertools import pairwise
 import numpy as np
 
 from ..._types import IntArray
-from ...surface import Ragged, coordinates
-from .constants import COARSE_TURNS, EXPECTED_FILL, GROWING_ROOM
+from ...surface import Ragged
+from .constants import EXPECTED_FILL, GROWING_ROOM
 from .layout_search import list_turns
-from .outlines import ChartMasks, Masks, Outline, rasterize_outlines, rectangles
+from .outlines import ChartMasks, Masks, Outline, rasterize_outlines
 from .spacing import Spacing
 
 TRIAL_GRID = 96  # cells along the page's side for trial pages
@@ -58,13 +58,10 @@ class TrialPage:
         """Rasterise the outlines of charts at several rotations."""
         if not outlines:
             return []
-        sides = Ragged.of_sizes([len(outline.start) for outline in outlines])
-        sizes = coordinates(rectangles(np.concatenate([outline.start for outline in outlines]), sides)[1])
-        areas = np.array([outline.area for outline in outlines])
-        turns = list_turns(areas, sizes, self.area, COARSE_TURNS, self.upright)
+        turns = list_turns(np.full(len(outlines), self.upright))
         gap = self.spacing.gap * TRIAL_GRID
         masks = rasterize_outlines(outlines, turns, self.cells, gap, self.spacing.aspect)
-        return [TrialChart(mask, area) for mask, area in zip(masks, areas.tolist(), strict=True)]
+        return [TrialChart(mask, outline.area) for mask, outline in zip(masks, outlines, strict=True)]
 
     def draw_each(self, several: Sequence[Sequence[Outline]]) -> list[list[TrialChart]]:
         """Rasterise several lists of outlines; return a list of trial charts for each of them."""

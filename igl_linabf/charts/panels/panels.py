@@ -4,11 +4,12 @@ If all curved vertices of a component are on sharp creases, its panels are plane
 of the panels is built greedily: starting with the longest creases, two panels are joined along their common
 crease unless faces would overlap. Creases along which panels are not joined are seams.
 
-Machine parts also have fillets. A fillet ends in corners whose curvature is spread over many vertices, and
-no net passes through all of these vertices. However, the planes on the two sides of a fillet are panels: each
-plane is extended by half of the fillet, and the middle of the fillet is a crease between the two panels.
-Panels are joined along rounded creases in the same way as along sharp creases, with larger tolerances. The
-curved vertices are then on the boundaries of charts.
+Machine parts also have fillets and chamfers. A fillet ends in corners whose curvature is spread over many
+vertices, and no net passes through all of these vertices. However, the planes on the two sides of a fillet
+are panels: each plane is extended by half of the fillet, and the middle of the fillet is a crease between the
+two panels. A plane is likewise extended by its chamfers. Panels are joined along such rounded creases as
+along sharp creases, but with larger tolerances. The curved vertices are then on the boundaries of charts, or
+curved so little that a chamfer is hardly stretched beside its plane.
 """
 
 from __future__ import annotations
@@ -103,17 +104,16 @@ class Panels:
 
 @dataclass(frozen=True, eq=False)
 class RoundedPanels(Panels):
-    """The panels of a surface with rounded creases, such as the fillets of machine parts."""
+    """The panels of a surface with rounded creases, such as the fillets and chamfers of machine parts."""
 
     same_motion: ClassVar[float] = SAME_ROUNDED_MOTION
     opens_handles: ClassVar[bool] = True
 
     @cached_property
     def fold(self) -> BoolArray:
-        """Mask of the inner edges that separate panels: sharp creases, and middles of fillets."""
-        return np.asarray(
-            self.creased.sharp | np.not_equal(*self.creased.nearest_plane[self.creased.faces].T)
-        )
+        """Mask of the inner edges that separate panels: middles of fillets, and sharp creases elsewhere."""
+        one, other = self.creased.nearest_plane[self.creased.faces].T
+        return np.asarray((one != other) | self.creased.sharp & (one < 0))
 
     @cached_property
     def unclosed(self) -> BoolArray:
@@ -172,7 +172,8 @@ def find_panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, 
     slit, handles = _find_slits(panels, fold, panels.unclosed)
     seam = slit | find_unjoined_folds(panels, unfold(creased, ~fold & ~slit), trade) if fold.any() else slit
     if seam.any():
-        seam |= _find_slits(panels, seam, panels.unclosed & ~slit)[0]
+        # joined panels lie flat side by side, so the charts keep the holes between them
+        seam |= _find_slits(panels, seam, np.zeros_like(slit))[0]
     component = creased.label[creased.faces[seam, 0]]
     price = sum_by_index(component, creased.search_price[seam], len(creased.extent))
     cost = price / np.sqrt(creased.double_area / 2) / trade

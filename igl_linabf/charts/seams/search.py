@@ -254,10 +254,10 @@ class SeamSearch:
         edges = creased.surface.vertices[closed.edges[seam]]
         if panels.cost[k] == np.inf:
             return edges
-        cost = seam_cost(levels.coarse, coarse, self.trade)
-        if cost < panels.cost[k]:  # the estimate is too low for charts with corners inside
-            cost = self._measure_cost(creased, edges)
-        return panels.of(k) if panels.cost[k] <= cost else edges
+        if panels.cost[k] <= seam_cost(levels.coarse, coarse, self.trade):
+            return panels.of(k)
+        # corners in the interior of a chart and fillets stretch a chart more than expected
+        return min(panels.of(k), edges, key=lambda seams: self._measure_cost(creased, seams))
 
     def _measure_cost(self, creased: CreasedSurface, edges: IntArray) -> float:
         """Flatten the pieces between seams, cut their overlaps apart, and return the cost of the result.
@@ -288,13 +288,20 @@ class SeamSearch:
         if not self.trade:
             return found
         for kind in (Panels, RoundedPanels):
-            made = kind(creased).find_components() & np.isinf(found.cost)
+            made = kind(creased).find_components()
             if made.any():
                 own = creased
                 if not made.all():
                     rows = np.flatnonzero(made[creased.label])
                     own = CreasedSurface(creased.surface.of_faces(rows), self.hidden)
-                found.add(np.flatnonzero(made), *find_panel_seams(kind(own), self.trade))
+                edges, label, cost = find_panel_seams(kind(own), self.trade)
+                rivals = np.flatnonzero((cost < found.cost[made]) & np.isfinite(found.cost[made])).tolist()
+                bodies = own.surface.components() if rivals else []
+                for (
+                    k
+                ) in rivals:  # the first panels preserve all lengths, but fillets and chamfers are stretched
+                    cost[k] = self._measure_cost(CreasedSurface(bodies[k], self.hidden), edges[label == k])
+                found.add(np.flatnonzero(made), edges, label, cost)
         return found
 
 
@@ -322,10 +329,15 @@ class _PanelSeams:
         return cls(edges, edges[:, 0], np.full(number, np.inf))
 
     def add(self, components: IntArray, edges: IntArray, label: IntArray, cost: FloatArray) -> None:
-        """Add the seams of `components`; edge e belongs to the component `components[label[e]]`."""
-        self.cost[components] = cost
-        self.edges = np.concatenate((self.edges, edges))
-        self.component = np.concatenate((self.component, components[label]))
+        """Add the seams of some components, if they cost less than the component's known seams.
+
+        `label` has the index in `components` for each edge.
+        """
+        is_cheaper = cost < self.cost[components]
+        self.cost[components[is_cheaper]] = cost[is_cheaper]
+        kept, added = ~np.isin(self.component, components[is_cheaper]), is_cheaper[label]
+        self.edges = np.concatenate((self.edges[kept], edges[added]))
+        self.component = np.concatenate((self.component[kept], components[label[added]]))
 
     def of(self, component: int) -> IntArray:
         return np.asarray(self.edges[self.component == component])

@@ -100,7 +100,7 @@ def test_packed_charts_are_apart_at_one_scale_and_not_mirrored(name: str, margin
     for i, chart in enumerate(new_charts):
         assert not any(contains_point(chart, samples[j][0]) for j in range(len(samples)) if j != i)
     if margin == MARGIN:
-        least = {"one": 0.39, "six": 0.5, "lognormal": 0.64, "tiny": 0.38, "thin": 0.17, "equal": 0.42}[name]
+        least = {"one": 0.39, "six": 0.5, "lognormal": 0.64, "tiny": 0.38, "thin": 0.15, "equal": 0.42}[name]
         assert sum(new.area for new in placed) > least
 
 
@@ -449,3 +449,24 @@ def test_the_error_states_the_requested_density(size: float) -> None:
     seams = find_seams(V, F)
     with pytest.raises(MeshError, match=re.escape(f"at a texel density of {64 / size:g} does not fit")):
         unwrap(V * size, F, seams, packing=Packing(resolution=64, texel_density=64 / size, pages=1))
+
+
+def turn_chart(chart: Chart, angle: float) -> Chart:
+    uv, F = chart
+    c, s = np.cos(angle), np.sin(angle)
+    return uv @ [[c, s], [-s, c]], F
+
+
+@pytest.mark.parametrize("sizes", [[(1, 0.38)], [(3, 1), (2, 1.5), (1, 1), (2.5, 2)]])
+def test_straight_charts_lie_along_the_sides_of_the_page(sizes: list[tuple[float, float]]) -> None:
+    # the first chart would need 5 % less space along the diagonal
+    rng = np.random.default_rng(0)
+    charts = [turn_chart(rectangle(*size), rng.uniform(0, 6)) for size in sizes]
+    for (_, F), new in zip(charts, pack_charts(charts), strict=True):
+        side = new.uv[F[0, 1]] - new.uv[F[0, 0]]
+        assert np.abs(side).min() < 1e-9 * np.abs(side).max()
+
+
+def test_oblique_charts_that_save_a_tenth_of_the_page_stay_oblique() -> None:
+    placed = pack_charts([turn_chart(rectangle(6, 0.3), 0.2)])[0]  # a bar along the diagonal
+    assert placed.area > 1.4 * 0.3 / 6

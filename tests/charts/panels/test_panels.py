@@ -8,7 +8,7 @@ import igl
 import numpy as np
 import pytest
 from conftest import load
-from hard_surfaces import DEVELOPABLE, ROUNDED, box, pipe, plate_with_holes, rock, rounded_box
+from hard_surfaces import DEVELOPABLE, MACHINED, ROUNDED, box, pipe, plate_with_holes, rock, rounded_box
 from nasty_meshes import concatenate_surfaces
 
 from igl_linabf import Atlas, ChartOptions, MeshError, OutcomeWarning, Packing, cut, find_seams, unwrap
@@ -284,3 +284,17 @@ def test_facets_of_a_subdivided_body_are_not_cut_apart(roughness: float) -> None
         fine = unwrap(*rock(roughness, times))
         assert len(fine.charts) == len(coarse.charts)
         assert fine.seam_length < 1.3 * coarse.seam_length
+
+
+@pytest.mark.parametrize("name", ["washer", "bevelled disk", "rounded plate, finer"])
+@pytest.mark.parametrize("packing", [None, Packing(resolution=1024, padding=4)])
+def test_flat_faces_keep_their_holes_fillets_and_chamfers(name: str, packing: Packing | None) -> None:
+    V, F = (ROUNDED | MACHINED)[name]()
+    atlas = unwrap(V, F, packing=packing)
+    assert atlas.good
+    assert atlas.quality.stretch_l2 < 1.001
+    top = np.ptp(V[:, 2]) / 2 - 1e-9 < np.abs(V[:, 2] - (V[:, 2].min() + V[:, 2].max()) / 2)
+    edges, _, sides = igl.edge_flaps(F)[:3]
+    beside_plane = top[F].all(axis=1)[sides].any(axis=1)
+    assert not is_seam(edges[beside_plane & top[edges].any(axis=1)], atlas).any() or name == "bevelled disk"
+    assert sum(len(chart.result.holes) for chart in atlas.charts) == (0 if name == "bevelled disk" else 2)
