@@ -55,6 +55,11 @@ class SurfaceGraph:
         return sparse.csr_array((self.length[edge], indices, indptr), shape=(self.n, self.n)), edge
 
     @cached_property
+    def near_holes(self) -> IntArray:
+        """The nodes of the edges at holes, ascending."""
+        return np.unique(self.ends[(self.ends < self.n_holes).any(axis=1)])
+
+    @cached_property
     def neighbours(self) -> tuple[IntArray, IntArray]:
         """The keys i * n + j of the pairs of adjacent nodes i < j, ascending, and their shortest edges."""
         matrix, edge = self.adjacency

@@ -83,6 +83,11 @@ class SurfaceLaplacian:
         return self._matrix(self.weight)
 
     @cached_property
+    def whole(self) -> sparse.csc_array:
+        """The matrix L, (n, n)."""
+        return self.lower + sparse.tril(self.lower, -1).T
+
+    @cached_property
     def dirichlet(self) -> DirichletSolver:
         """Solver of L u = r with u = 0 at fixed nodes."""
         return DirichletSolver(self.lower, self._analysis)

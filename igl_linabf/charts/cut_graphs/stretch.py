@@ -10,7 +10,6 @@ then 1 + 3/4 of the mean of w^2.
 """
 
 import numpy as np
-from scipy import sparse
 
 from ..._types import FloatArray, IntArray
 from ...flattening import Isometric, Method
@@ -64,10 +63,7 @@ def _solve_trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> 
     L w = -K holds outside the nodes `fixed`; the unknowns are the values of w at `fixed`. A hole is one node,
     but w varies along its boundary; therefore the nodes adjacent to holes are unknowns, too.
     """
-    lower = closed.laplacian.lower
-    whole = lower + sparse.tril(lower, -1).T
-    if closed.graph.n_holes:
-        fixed = np.union1d(fixed, closed.graph.adjacency[0][: closed.graph.n_holes].indices)
+    fixed, whole = np.union1d(fixed, closed.graph.near_holes), closed.laplacian.whole
     solve, values = closed.laplacian.dirichlet.solver(fixed), np.zeros(closed.graph.n)
     w, step, last = solve(-closed.curvature), np.zeros(len(fixed)), np.inf
     for _ in range(MAX_TRACE_STEPS):

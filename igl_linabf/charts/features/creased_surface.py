@@ -307,7 +307,7 @@ class CreasedSurface:
     @cached_property
     def flat_share(self) -> FloatArray:
         """The share of each component's area that is flat, see `flat_shares`."""
-        return flat_shares(self.surface, self.label)
+        return flat_shares(self.surface, self.label, self.dihedral)
 
     def sum_per_component(self, vertices: BoolArray, weight: FloatArray | None = None) -> FloatArray:
         """Return for each component the number of vertices in a mask, or the sum of their weights."""

@@ -83,13 +83,14 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
         twin = np.full(3 * m, -1)
         first, second = topology.sides_inside
         twin[first], twin[second] = second, first
-        other = twin[squared_side.argmax(axis=0) * m + np.arange(m)]
-        other = np.where(other < 0, np.arange(m), other % m)
+        rows = np.flatnonzero(unsure)
+        across = twin[squared_side[:, rows].argmax(axis=0) * m + rows]
+        other = np.where(across < 0, rows, across % m)
         for _ in range(MAX_UNSURE_ROW):
-            rows = np.flatnonzero(unsure & ~unsure[other])
-            if not len(rows):
+            found = unsure[rows] & ~unsure[other]
+            if not found.any():
                 break
-            normal[rows], unsure[rows] = normal[other[rows]], False
+            normal[rows[found]], unsure[rows[found]] = normal[other[found]], False
     return np.asarray(normal)
 
 

@@ -31,7 +31,8 @@ class OverlapLayers {
     }
 
     // Append all pairs that are connected to a pair to the queue, in breadth-first order.
-    void flood_fill(Index seed) {
+    // Mark the pairs of the mirrored component, too. Return the number of pairs of both components.
+    Index flood_fill(Index seed) {
         const Index own = Index(first.size()) - 1;
         std::vector<Index> beside;
         queue.push_back(seed), component[seed] = own;
@@ -44,7 +45,12 @@ class OverlapLayers {
             for (const Index pair : beside)
                 if (pair >= 0 && component[pair] != own) component[pair] = own, queue.push_back(pair);
         }
+        Index size = Index(queue.size()) - first.back();
+        for (Index k = first.back(); k < Index(queue.size()); ++k)
+            if (const Index pair = find(lower[queue[k]], upper[queue[k]]); pair >= 0 && component[pair] < 0)
+                component[pair] = own, ++size;
         first.push_back(Index(queue.size()));
+        return size;
     }
 
     // Append the faces that are connected to `face` within its sheet, ascending, and remove them from the sheet.
@@ -89,20 +95,14 @@ class OverlapLayers {
     // Return the two sheets of each of the `most` largest overlaps.
     Sheets largest_overlaps(Index most) {
         std::vector<Index> size;  // number of pairs of each component and its mirrored component
-        for (Index k = 0; k < upper.size; ++k) {
-            if (component[k] >= 0) continue;
-            flood_fill(k);
-            const Index own = Index(size.size()), mirror = find(lower[k], upper[k]);
-            const Index seen = mirror < 0 ? -1 : component[mirror];
-            size.push_back(0);
-            size[seen < 0 ? own : seen] += first[own + 1] - first[own];
-        }
+        for (Index k = 0; k < upper.size; ++k)
+            if (component[k] < 0) size.push_back(flood_fill(k));
         std::vector<Index> order(size.size());
         std::iota(order.begin(), order.end(), Index(0));
         std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return size[a] > size[b]; });
         Sheets result;
         const View<const Index> pairs = queue;
-        for (Index k = 0; k < std::min(most, Index(order.size())) && size[order[k]]; ++k)
+        for (Index k = 0; k < std::min(most, Index(order.size())); ++k)
             append_sheets(pairs.part(first[order[k]], first[order[k] + 1]), result);
         return result;
     }
