@@ -1,13 +1,17 @@
-"""Read contents of a mesh file that `unwrap` uses: seams of texture coordinates, and materials."""
+"""Read contents of a mesh file that `unwrap` uses: seams of texture coordinates, and materials.
+
+Also warn of parts of the file that lack texture coordinates.
+"""
 
 import warnings
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from .._types import FloatArray, IntArray
 from ..charts import ChartOptions, Packing, texture_seams, unwrap
-from ..errors import MeshError
+from ..errors import MeshError, MeshWarning, some, stack_level
 from ..flattening import Method
 from ..io import MeshFile
 from ..surface import Faces, Polygons
@@ -27,8 +31,33 @@ def find_texture_seams(mesh: MeshFile, charts: ChartOptions | None, method: Meth
 def get_material_labels(mesh: MeshFile) -> IntArray:
     """Return the material of each face, as labels of `ChartOptions`."""
     if mesh.extras.materials is None:
-        raise MeshError(f"{mesh.path} has no materials: leave out --keep-materials")
+        raise MeshError(f"{mesh.path} has no materials: leave out keep_materials")
     return mesh.extras.materials[1]
+
+
+def warn_of_bare_parts(mesh: MeshFile, consequences: Iterable[str]) -> None:
+    """Warn of the parts without texture coordinates, and state what is done with them."""
+    listed, texts = mesh.list_bare_parts(), list(consequences)
+    if not listed or not texts:
+        return
+    count = int(np.count_nonzero(mesh.bare))
+    warnings.warn(
+        f"{count:,} faces have no texture coordinates, in {some(listed)}: {', '.join(texts)}",
+        MeshWarning,
+        stacklevel=stack_level(),
+    )
+
+
+def warn_of_missing_coordinates(mesh: MeshFile, bake: str | None, texcoord: int, seams: Any) -> None:
+    """Warn of parts that lack the texture coordinates which the options of an atlas need."""
+    if mesh.TC is None:
+        return
+    consequences = {
+        "no image is baked for them": bake == "texture",
+        "both sets get the new ones": texcoord == 1,
+        "their seams are found automatically": seams == "uv",
+    }
+    warn_of_bare_parts(mesh, [text for text, is_asked in consequences.items() if is_asked])
 
 
 def _unwrap_bare_faces(

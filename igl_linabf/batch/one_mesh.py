@@ -16,14 +16,15 @@ from typing import Any, Literal
 import psutil
 
 from .._types import FloatArray
-from ..charts import Atlas, ChartOptions, Cones, Packing, unwrap
+from ..charts import Atlas, ChartOptions, Cones, unwrap
 from ..cortex import flatten_hemisphere, write_hemisphere
 from ..errors import MemoryLimitError, MeshError, OutcomeWarning
 from ..flattening import BoundaryName, Method, Outcome, flatten
 from ..io import MeshFile, is_flat_format, read_file, unit_square, write_atomically
 from ..measures import Quality, quality
 from . import places
-from .file_contents import find_texture_seams, get_material_labels
+from .baking import BakedPacking, bake_images, check_contents
+from .file_contents import find_texture_seams, get_material_labels, warn_of_missing_coordinates
 from .table import (
     FAILED,
     FAULTY,
@@ -39,7 +40,9 @@ from .table import (
 How = Literal["unwrap", "flatten", "cortex"]
 SeamSource = Literal["auto", "uv"]  # values of the parameter `seams` of `flatten_files`
 Scale = Literal["square", "mesh"]  # values of the parameter `units` of `flatten_files`
-UNWRAP_OPTIONS = ("charts", "cones", "packing", "weld", "strict", "seams", "keep_materials")
+UNWRAP_OPTIONS = ("charts", "cones", "packing", "weld", "strict", "seams", "keep_materials", "texcoord")
+
+DEFAULT_PACKING = BakedPacking()
 
 _process_lock = threading.Lock()  # needed because the memory limit and the warning filters are global
 
@@ -53,11 +56,12 @@ class Settings:
     format: str
     charts: ChartOptions | None = None
     cones: Cones | None = None
-    packing: Packing | None = None
+    packing: BakedPacking = DEFAULT_PACKING
     weld: float | Literal[False] | None = None
     strict: bool = False
     seams: SeamSource = "auto"
     keep_materials: bool = False
+    texcoord: Literal[0, 1] = 0
     boundary: BoundaryName = "free"
     units: Scale | None = None
     allow_outside: bool = False
@@ -79,8 +83,14 @@ class Task:
     settings: Settings
 
 
-MapAndRow = tuple[FloatArray, Any, Row]
-"""A map, its row at each corner of the faces (or None), and the mesh's row in the table."""
+@dataclass(frozen=True)
+class FlatMesh:
+    """A map with the index of its row at each corner of the faces, the baked image, and the table's row."""
+
+    TC: FloatArray
+    FTC: Any
+    row: Row
+    image: Any = None
 
 
 def run(task: Task) -> Row:
@@ -116,15 +126,16 @@ def _process_task(task: Task) -> Row:
                 return replace(row, outcome=UNREADABLE, message=error.strerror or str(error))
             row = replace(row, triangles=len(mesh.triangles))
             flatten_file = _unwrap_file if task.settings.how == "unwrap" else _flatten_file
-            TC, FTC, done = flatten_file(mesh, row, task.settings)
+            flat = flatten_file(mesh, row, task.settings)
             writing = True
             with places.prepare_destination(places.join(task.folder, row.output)) as path:
                 # force: existing files were checked when the batch was planned
                 # folder: at a URL, references to other files must be relative to the local mesh
                 folder = mesh.path.parent if mesh.path and places.is_url(task.folder) else None
-                with write_atomically(path, mesh, TC, FTC, force=True, folder=folder):
+                options: dict[str, Any] = {"folder": folder, "texcoord": task.settings.texcoord}
+                with write_atomically(path, mesh, flat.TC, flat.FTC, flat.image, force=True, **options):
                     pass
-            return done
+            return flat.row
     except (MemoryError, MemoryLimitError) as error:
         return replace(row, outcome=OUT_OF_MEMORY, message=str(error) or "not enough memory")
     except MeshError as error:
@@ -139,15 +150,17 @@ def _read_input(place: str, allow_outside: bool) -> MeshFile:
     """Read an input mesh; raise a `MeshError` also for a file of an unknown format."""
     with places.fetch(place) as local:
         try:
-            return read_file(local, allow_outside=allow_outside)
+            return read_file(local, partial=True, allow_outside=allow_outside)
         except (MeshError, MemoryLimitError):
             raise
         except ValueError as error:
             raise MeshError(str(error)) from None
 
 
-def _unwrap_file(mesh: MeshFile, row: Row, settings: Settings) -> MapAndRow:
-    charts, seams = settings.charts, None
+def _unwrap_file(mesh: MeshFile, row: Row, settings: Settings) -> FlatMesh:
+    charts, packing, seams = settings.charts, settings.packing, None
+    check_contents(mesh, packing, settings.texcoord)
+    warn_of_missing_coordinates(mesh, packing.bake, settings.texcoord, settings.seams)
     if settings.seams == "uv":
         seams = find_texture_seams(mesh, charts, settings.method)
     if settings.keep_materials and mesh.extras.materials is not None:
@@ -159,7 +172,7 @@ def _unwrap_file(mesh: MeshFile, row: Row, settings: Settings) -> MapAndRow:
         charts=charts,
         method=settings.method,
         cones=settings.cones,
-        packing=settings.packing,
+        packing=packing,
         weld=settings.weld,
         strict=settings.strict,
         progress=False,
@@ -167,7 +180,8 @@ def _unwrap_file(mesh: MeshFile, row: Row, settings: Settings) -> MapAndRow:
     outcome, message = _classify_atlas(atlas), "; ".join(atlas.troubles)
     row = replace(row, outcome=outcome, message=message, charts=len(atlas.charts))
     TC = atlas.flat / atlas.report.scale if is_flat_format(row.output) else atlas.TC
-    return TC, atlas.FTC, _add_quality(row, atlas.quality)
+    image = bake_images(packing, mesh, atlas, Path(row.output))
+    return FlatMesh(TC, atlas.FTC, _add_quality(row, atlas.quality), image)
 
 
 def _classify_atlas(atlas: Atlas) -> str:
@@ -180,7 +194,7 @@ def _classify_atlas(atlas: Atlas) -> str:
     return OVERLAPPING if any(chart.overlapping for chart in atlas.charts) else FAULTY
 
 
-def _flatten_file(mesh: MeshFile, row: Row, settings: Settings) -> MapAndRow:
+def _flatten_file(mesh: MeshFile, row: Row, settings: Settings) -> FlatMesh:
     V, F = mesh.V, mesh.triangles
     result = flatten(V, F, method=settings.method, boundary=settings.boundary, progress=False)
     units = settings.units or ("mesh" if is_flat_format(row.output) else "square")
@@ -190,7 +204,7 @@ def _flatten_file(mesh: MeshFile, row: Row, settings: Settings) -> MapAndRow:
     if outcome.good and measured.flips:
         outcome, message = Outcome.FLIPPED, "the map's scale varies too much for the unit square: unwrap it"
     row = replace(row, outcome=outcome.value, message=message, charts=1)
-    return uv, None, _add_quality(row, measured)
+    return FlatMesh(uv, None, _add_quality(row, measured))
 
 
 def _flatten_hemisphere(task: Task) -> Row:

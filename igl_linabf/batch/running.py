@@ -26,8 +26,9 @@ from ..charts import ChartOptions, Cones, Packing, resolve_method_of_charts, res
 from ..cortex import FLAT_PATCH, list_files
 from ..errors import is_number, printable, some
 from ..flattening import BoundaryName, Method, resolve_method
-from ..io import SUFFIXES
+from ..io import SUFFIXES, list_companion_files
 from . import places
+from .baking import BakedPacking, BakeName, check_target, list_image_kinds
 from .clusters import WorkerWatch, connect_client, start_local_client
 from .constants import PATIENCE
 from .one_mesh import UNWRAP_OPTIONS, How, Scale, SeamSource, Settings, Task, run
@@ -109,6 +110,8 @@ def flatten_files(
     strict: bool = False,
     seams: SeamSource = "auto",
     keep_materials: bool = False,
+    bake: BakeName | None = None,
+    texcoord: Literal[0, 1] = 0,
     boundary: BoundaryName = "free",
     units: Scale | None = None,
     retry: bool = False,
@@ -163,6 +166,13 @@ def flatten_files(
         "uv" cuts along the seams of the texture coordinates in the files.
     keep_materials : bool
         Charts do not cross edges between two materials of a file.
+    bake : {"colors", "colours", "texture", "normals", "position"}, optional
+        Bake a texture of `packing.resolution` texels (by default 2048) into GLB, glTF and 3MF files, or
+        beside OBJ files: the colours of vertices, faces and materials; the images of the old texture
+        coordinates; normals in the object's space; or positions in the bounding cube.
+    texcoord : {0, 1}
+        With 1, write second texture coordinates, for example for lightmaps, and keep the first set and its
+        images.
     boundary : {"free", "circle", "circles", "rectangle"}
         As in `flatten`, for `how="flatten"`.
     units : {"square", "mesh"}, optional
@@ -209,9 +219,10 @@ def flatten_files(
         chosen = resolve_method_of_charts(method, cones)
     else:
         chosen = resolve_method(method or ("isometric" if how == "cortex" else "linabf"))
-    unwrapping = weld, strict, seams, keep_materials
+    unwrapping = weld, strict, seams, keep_materials, texcoord
+    baked = BakedPacking.of(packing, bake)
     settings = Settings(
-        how, chosen, format, charts, cones, packing, *unwrapping, boundary, units, allow_outside, limit
+        how, chosen, format, charts, cones, baked, *unwrapping, boundary, units, allow_outside, limit
     )
     _check_settings(settings)
     if workers is not None and scheduler is not None:
@@ -283,6 +294,9 @@ def _check_settings(asked: Settings) -> None:
         raise ValueError(f"seams is {asked.seams!r}: use 'auto' or 'uv'; edges belong to one mesh")
     if cones is not None and (asked.seams != "auto" or asked.keep_materials):
         raise ValueError("seams and keep_materials cannot be combined with cones: leave out one of them")
+    if asked.texcoord not in (0, 1):
+        raise ValueError(f"texcoord is {asked.texcoord!r}: use 0, or 1 for second texture coordinates")
+    check_target(f"map.{asked.format}", asked.packing.bake, asked.texcoord)
     if asked.units not in (None, *get_args(Scale)):
         raise ValueError(f"units is {asked.units!r}: use 'square' or 'mesh'")
     if asked.how != "flatten" and asked.units is not None:
@@ -357,8 +371,10 @@ def _list_output_files(task: Task) -> list[str]:
     output = task.row.output
     if task.settings.how == "cortex":
         return [path.as_posix() for path in list_files(Path(output).parent, places.get_hemisphere(output))]
-    stem, suffix = os.path.splitext(output)
-    return [output, *([f"{stem}.mtl"] if suffix == ".obj" else ())]
+    packing, texcoord = task.settings.packing, task.settings.texcoord
+    kinds = list_image_kinds(packing.bake)
+    beside = list_companion_files(Path(output), None, kinds, packing.pages or 1, bool(texcoord))
+    return [output, *(path.as_posix() for path in beside)]
 
 
 def _name_outputs(found: list[places.InputFile], table: Table, settings: Settings) -> dict[str, str]:

@@ -19,7 +19,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 import numpy as np
 import shtab
 
-from ..batch import find_texture_seams
+from ..batch import BAKED_RESOLUTION, find_texture_seams
 from ..charts import ChartOptions
 from ..errors import MeshError
 from ..flattening import METHODS, BoundaryName, Method
@@ -263,6 +263,14 @@ WELD = Option(
     "merge vertices within this distance; 0: merge coincident vertices (default where most of the boundary "
     "lies on itself); no: merge nothing",
     "DISTANCE",
+)
+BAKE = Option(
+    f"bake a texture of --resolution texels ({BAKED_RESOLUTION}) into a GLB, glTF or 3MF file, or beside an "
+    "OBJ: the colours of vertices, faces and materials, the images of the old texture coordinates, normals "
+    "in the object's space (127.5 (n + 1)), or positions in the bounding cube"
+)
+TEXCOORD = Option(
+    "1: write second texture coordinates, such as for lightmaps; keep the first set and its images"
 )
 STRICT = Option("refuse a mesh that is not a clean manifold instead of repairing it")
 

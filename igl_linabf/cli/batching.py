@@ -2,17 +2,19 @@
 
 from typing import Annotated, Literal
 
-from ..batch import flatten_files
-from ..charts import ChartOptions, Cones, Packing
+from ..batch import BakedPacking, flatten_files
+from ..charts import ChartOptions, Cones
 from ..flattening import METHODS
 from ..io import SUFFIXES
 from .arguments import (
     ALLOW_OUTSIDE,
+    BAKE,
     CHARTS,
     EXTEND_SEAMS,
     KEEP_MATERIALS,
     PERIOD,
     STRICT,
+    TEXCOORD,
     UNWRAP_PACKING,
     WELD,
     Boundary,
@@ -59,7 +61,8 @@ def run_batch(
     cones: ConeCount = None,
     cone_angles: Annotated[Literal["quarter"] | None, CONE_ANGLES] = None,
     period: Annotated[float | None, PERIOD] = None,
-    packing: Annotated[Packing | None, UNWRAP_PACKING],
+    packing: Annotated[BakedPacking | None, {**UNWRAP_PACKING, "bake": BAKE}],
+    texcoord: Annotated[Literal[0, 1], TEXCOORD] = 0,
     retry: Annotated[bool, Option("retry meshes that died, ran out of memory or failed before")] = False,
     force: Annotated[bool, Option("replace files in OUT that were not written by a batch")] = False,
     allow_outside: Annotated[bool, ALLOW_OUTSIDE] = False,
@@ -87,6 +90,9 @@ def run_batch(
     scans/ -o maps/ --resolution 2048 --texel-density 64 --pages 4    # as UDIM tiles
     scans/ -o maps/ --cut-below 0    # no cuts for a fuller page
     scans/ -o maps/ --resolution 1024 --unseen 0.25    # fewer texels for cavities
+    scans/ -o maps/ --format glb --bake colors    # with the texture in each file
+    props/ -o atlases/ --format glb --bake texture --resolution 4096
+    houses/ -o lit/ --format glb --texcoord 1 --resolution 1024    # second maps, for lightmaps
     $SUBJECTS_DIR -o flat/ --how cortex --workers 8    # a folder for each subject
     scans/ -o maps/ --retry    # meshes that died before
     scans/ -o maps/ --force    # replaces maps from other programs
@@ -108,6 +114,8 @@ def run_batch(
         units=units,
         cones=None if cones is None else Cones(cones, angles=cone_angles, period=period),
         packing=packing,
+        bake=None if packing is None else packing.bake,
+        texcoord=texcoord,
         weld=False if weld == "no" else weld,
         strict=strict,
         seams=seams,

@@ -16,7 +16,6 @@ from .._runtime import progress_part, show_progress, undo_at_interrupt
 from ..errors import printable
 from ..io import (
     SUFFIXES,
-    WITH_TWO_MAPS,
     MeshFile,
     check_free,
     detect_suffix,
@@ -63,12 +62,6 @@ class Job:
     def target(self) -> Path:
         """The output file; for standard output, a file name with the suffix of its format."""
         return Path(f"map.{self.format}") if self.output in (None, STDIO) else self.output
-
-    def check_second_map(self) -> None:
-        """Raise an error if the output cannot hold second texture coordinates."""
-        if normalize_suffix(self.target) not in WITH_TWO_MAPS:
-            known = " or ".join(WITH_TWO_MAPS)
-            raise ValueError(f"{self.target} does not end in {known}, which second texture coordinates need")
 
     def read(self, surface: Path | None = None, texcoord: int = 0) -> MeshFile:
         """Read the mesh; some of its corners may lack texture coordinates."""

@@ -18,8 +18,8 @@ import numpy as np
 
 from .._runtime import progress_part
 from .._types import FloatArray, IntArray
-from ..errors import MeshWarning, printable, some, stack_level
-from ..io import MeshFile, replacing, write_atomically
+from ..errors import MeshWarning, printable, stack_level
+from ..io import replacing, write_atomically
 from .jobs import PROGRESS, STDIO, ExitCode, Job
 
 OMITTED_FIELDS = {
@@ -47,19 +47,6 @@ def report_troubles(job: Job, good: bool, troubles: Iterable[str]) -> ExitCode:
     for message in troubles:
         print(f"igl-linabf: {printable(job.prefix + message)}", file=sys.stderr)
     return ExitCode.GOOD if good else ExitCode.NOT_VALID
-
-
-def warn_of_bare_parts(mesh: MeshFile, consequences: Iterable[str]) -> None:
-    """Warn of the parts without texture coordinates, and state how they are treated."""
-    listed = mesh.list_bare_parts()
-    if not listed:
-        return
-    count = int(np.count_nonzero(mesh.bare))
-    warnings.warn(
-        f"{count:,} faces have no texture coordinates, in {some(listed)}: {', and '.join(consequences)}",
-        MeshWarning,
-        stacklevel=stack_level(),
-    )
 
 
 def write_outputs(

@@ -1,30 +1,37 @@
 """Define the commands `igl-linabf check` and `pack`, for the texture coordinates of a mesh."""
 
 import warnings
+from dataclasses import replace
 from functools import partial
 from typing import Annotated, Any, Literal
 
 from .._runtime import progress_part
 from .._types import FloatArray
+from ..batch import check_target, warn_of_bare_parts
 from ..charts import Packing
-from ..errors import MeshError, MeshWarning, stack_level
-from ..io import MeshFile, has_transformed_textures, list_image_users
+from ..errors import MeshError, MeshWarning, printable, stack_level
+from ..io import MeshFile, find_largest_image, has_transformed_textures, list_image_users
 from ..surface import Faces
-from ..uv import ScaleName, check_uv, pack
+from ..uv import CHECKED_RESOLUTION, ScaleName, check_uv, pack
 from .arguments import PACKING, Option
 from .jobs import MESHES, OUTPUT, PROGRESS, REPORTS, ExitCode, Job
-from .outputs import make_writer, report_troubles, warn_of_bare_parts, write_outputs
+from .outputs import make_writer, report_troubles, write_outputs
 
 MAX_STRETCH = Option("largest L2 stretch, with all charts at one scale", "L2")
 MAX_SPREAD = Option("largest ratio between the texels of two parts of the surface", "RATIO")
 TEXCOORD = Option("1: use the second texture coordinates, such as for lightmaps; keep the first set")
+TEXELS = replace(
+    PACKING["resolution"],
+    help="texels along a page's side, or its width and height (2048x1024), for densities and margins "
+    f"(default: those of the file's largest image, or {CHECKED_RESOLUTION})",
+)
 MIN_MARGIN = Option("smallest distance between charts; half of it to the border", "TEXELS")
 
 
 def check_coordinates(
     job: Annotated[Job, {**MESHES, **REPORTS}],
     *,
-    resolution: Annotated[int | tuple[int, int] | None, PACKING["resolution"]] = None,
+    resolution: Annotated[int | tuple[int, int] | None, TEXELS] = None,
     max_stretch: Annotated[float | None, MAX_STRETCH] = None,
     max_spread: Annotated[float | None, MAX_SPREAD] = None,
     min_margin: Annotated[float | None, MIN_MARGIN] = None,
@@ -45,15 +52,33 @@ def check_coordinates(
     """
     mesh, TC, FTC = _read_mesh_with_coordinates(job, "they are not measured", texcoord)
     asked: dict[str, Any] = {"max_stretch": max_stretch, "max_spread": max_spread, "min_margin": min_margin}
-    if resolution is not None:
-        asked["resolution"] = resolution
+    note = ""
+    if resolution is None:
+        resolution, note = _assume_resolution(mesh, texcoord)
     with progress_part("checking", PROGRESS["computing"]):
-        found = check_uv(mesh.V, mesh.F, TC, FTC, labels=list_image_users(mesh), **asked)
+        found = check_uv(
+            mesh.V, mesh.F, TC, FTC, labels=list_image_users(mesh), resolution=resolution, **asked
+        )
     check = {**found.figures, "limits": found.report.limits, "flipped": found.flipped}
     check["sheets"] = found.report.sheets
     figures = {"good": found.good, "troubles": found.troubles, "check": check}
-    write_outputs(job, str(found), {**figures, "unmapped_parts": mesh.list_bare_parts()})
+    write_outputs(job, f"{found}{note}", {**figures, "unmapped_parts": mesh.list_bare_parts()})
     return report_troubles(job, found.good, found.troubles)
+
+
+def _assume_resolution(mesh: MeshFile, texcoord: int) -> tuple[tuple[int, int], str]:
+    """Return the width and height of the largest image on the texture coordinates, and a note about it."""
+    size, source = (CHECKED_RESOLUTION, CHECKED_RESOLUTION), "the file has no image on these coordinates"
+    if not texcoord:  # images of second texture coordinates are not read
+        try:
+            found = find_largest_image(mesh)
+        except (MeshError, OSError) as error:
+            found, source = None, str(error)
+        if found is not None:
+            name, size = found
+            source = f"the size of {name}"
+    width, height = size
+    return size, f"\n\nTexels are counted at {width} x {height}, without --resolution: {printable(source)}."
 
 
 SCALE = Option("keep: relative sizes of the charts; even: the same texel density on all")
@@ -85,7 +110,7 @@ def pack_charts(
     'props/*.obj' -o packed/ --format glb --json > figures.jsonl    # one line per mesh
     """
     if texcoord:
-        job.check_second_map()
+        check_target(job.target, None, texcoord)
     mesh, TC, FTC = _read_mesh_with_coordinates(job, "they are left as they are", texcoord)
     options: dict[str, Any] = {"rotate": not no_rotate, "scale": scale, "labels": list_image_users(mesh)}
     with progress_part("packing", PROGRESS["computing"]):

@@ -9,18 +9,28 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from .._runtime import progress_part
-from ..batch import get_material_labels
+from ..batch import (
+    BakedPacking,
+    bake_images,
+    check_contents,
+    check_target,
+    get_material_labels,
+    list_image_kinds,
+    warn_of_missing_coordinates,
+)
 from ..charts import ChartOptions, Cones, resolve_method_of_charts, unwrap
 from ..errors import MeshError, OutcomeWarning
 from ..flattening import METHODS
 from ..io import MeshFile, is_flat_format
 from .arguments import (
+    BAKE,
     CHARTS,
     EXTEND_SEAMS,
     KEEP_MATERIALS,
     PERIOD,
     SEAMS,
     STRICT,
+    TEXCOORD,
     UNWRAP_PACKING,
     WELD,
     Option,
@@ -29,9 +39,8 @@ from .arguments import (
     read_rows,
     read_seams,
 )
-from .baking import BAKED_RESOLUTION, BakedPacking, bake_images, check_baking, list_image_kinds
 from .jobs import MESHES, OUTPUT, PICTURE, PROGRESS, REPORTS, ExitCode, Job, check_companion_files
-from .outputs import make_writer, report_troubles, warn_of_bare_parts, write_outputs
+from .outputs import make_writer, report_troubles, write_outputs
 
 CONES = Option(
     "concentrate the curvature at N vertices, at an automatic number (auto), or at the vertices in a file, "
@@ -42,14 +51,6 @@ CONE_ANGLES = Option(
     "quarter (turns), or a file of angle sums in degrees (default: the same scale at all cones)", "ANGLES"
 )
 METHOD = Option("method (default: isometric, but linabf with --cones)", choices=sorted(METHODS))
-BAKE = Option(
-    f"bake a texture of --resolution texels ({BAKED_RESOLUTION}) into a GLB, glTF or 3MF file, or beside an "
-    "OBJ: the colours of vertices, faces and materials, the images of the old texture coordinates, normals "
-    "in the object's space (127.5 (n + 1)), or positions in the bounding cube"
-)
-TEXCOORD = Option(
-    "1: write second texture coordinates, such as for lightmaps; keep the first set and its images"
-)
 
 
 def unwrap_mesh(
@@ -103,18 +104,14 @@ def unwrap_mesh(
     'scans/*.stl' -o maps/ --format glb --json > figures.jsonl    # one line per mesh
     - -o - --quiet < bunny.obj > atlas.obj
     """
-    if texcoord:
-        job.check_second_map()
+    check_target(job.target, packing.bake, texcoord)
     mesh = job.read()
-    if texcoord and mesh.FTC is None:
-        raise MeshError(f"{job.title} has no texture coordinates: leave out --texcoord")
-    if packing.bake:
-        check_baking(packing, mesh, job.target, texcoord)
+    check_contents(mesh, packing, texcoord)
     check_companion_files(job, mesh, list_image_kinds(packing.bake, mesh), packing.pages or 1, bool(texcoord))
     given_cones = _read_cones(cones, cone_angles, period)
     chosen = build_method(method or resolve_method_of_charts(None, given_cones).name, weight=weight)
     given_seams = read_seams(seams, mesh, charts, chosen)
-    _warn_of_bare_parts(mesh, packing.bake, texcoord, seams)
+    warn_of_missing_coordinates(mesh, packing.bake, texcoord, seams)
     if keep_materials:
         charts = replace(charts or ChartOptions(), labels=_material_labels(mesh, given_cones))
     with warnings.catch_warnings(), progress_part("unwrapping", PROGRESS["computing"]):
@@ -143,20 +140,6 @@ def unwrap_mesh(
     write = partial(make_writer(job), mesh=mesh, TC=TC, FTC=atlas.FTC, image=image, texcoord=texcoord)
     write_outputs(job, str(atlas), figures, pictured, write)
     return report_troubles(job, atlas.good, atlas.troubles)
-
-
-def _warn_of_bare_parts(mesh: MeshFile, bake: str | None, texcoord: int, seams: Any) -> None:
-    """Warn of parts without texture coordinates if the options need texture coordinates."""
-    if mesh.TC is None:
-        return
-    consequences = {
-        "no image is baked for them": bake == "texture",
-        "both sets get the new ones": texcoord == 1,
-        "their seams are found automatically": seams == "uv",
-    }
-    needed = [text for text, is_asked in consequences.items() if is_asked]
-    if needed:
-        warn_of_bare_parts(mesh, needed)
 
 
 def _read_cones(cones: Any, angles: Any, period: float | None) -> Cones | None:

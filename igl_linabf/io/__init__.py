@@ -6,6 +6,7 @@ module or sub-package; `files` defines the public functions and `parsing` is sha
 
 from .._runtime import replacing
 from .colours import corner_colours as corner_colours
+from .colours import find_largest_image as find_largest_image
 from .colours import image_maps
 from .colours import is_direction_map as is_direction_map
 from .colours import list_image_users as list_image_users
@@ -44,6 +45,7 @@ from .formats import normalize_suffix as normalize_suffix
 from .formats import transform_to_object_space as transform_to_object_space
 from .formats import write_atomically as write_atomically
 from .materials import COLOUR as COLOUR
+from .materials import MTL_KEYWORDS as MTL_KEYWORDS
 from .mesh_file import MeshFile
 from .parsing import Damaged as Damaged
 from .parsing import Extras

@@ -12,9 +12,9 @@ from .._types import FloatArray
 from ..errors import MeshWarning, some, stack_level
 from ..surface import connected_labels, unit_vectors
 from ..textures import Picture
-from .materials import WHITE, decode_srgb, encode_srgb
+from .materials import COLOUR, WHITE, ImageMap, decode_srgb, encode_srgb
 from .mesh_file import Extras, MeshFile
-from .pictures import decode_image
+from .pictures import decode_image, measure_image
 
 GLTF_SUFFIXES = (".glb", ".gltf")
 DIRECTION_SUFFIXES = ("normaltexture", "anisotropytexture")  # glTF textures that store directions
@@ -126,7 +126,7 @@ def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
     images: dict[str, list[Picture | None]] = {kind: [None] * len(looks) for kind in kinds}
     for i, look in enumerate(looks):
         for image_map in look.maps:
-            what = f"{image_map.kind} of the material {mesh.materials[i]}"
+            what = _name_image(mesh, i, image_map)
             tiles = {page: decode(read, what) for page, read in image_map.tiles.items()}
             pixels = next(iter(tiles.values())) if tiles else decode(image_map.read, what)
             images[image_map.kind][i] = Picture(
@@ -153,6 +153,29 @@ def replace_colours_that_are_not_finite(extras: Extras, name: str) -> Extras:
         corner_colours=whiten(extras.corner_colours, "corners"),
         face_colours=whiten(extras.face_colours, "faces"),
     )
+
+
+def find_largest_image(mesh: MeshFile) -> tuple[str, tuple[int, int]] | None:
+    """Return the name, and the width and height, of the largest image on the texture coordinates.
+
+    Images of colours precede all other images. The result is None if there is no image.
+
+    Raises
+    ------
+    MeshError
+        An image is missing or cannot be read.
+    """
+    sizes: dict[str, tuple[int, int]] = {}
+    maps = [(i, image_map) for i, look in enumerate(mesh.extras.looks or ()) for image_map in look.maps]
+    for i, image_map in [pair for pair in maps if pair[1].kind == COLOUR] or maps:
+        name = _name_image(mesh, i, image_map)
+        read = next(iter(image_map.tiles.values()), image_map.read)
+        sizes[name] = measure_image(read(), name)
+    return max(sizes.items(), key=lambda pair: pair[1][0] * pair[1][1], default=None)
+
+
+def _name_image(mesh: MeshFile, material: int, image_map: ImageMap) -> str:
+    return f"{image_map.kind} of the material {mesh.materials[material]}"
 
 
 def list_image_users(mesh: MeshFile) -> NDArray[np.str_] | None:

@@ -376,14 +376,21 @@ def _list_lost_colours(extras: Extras, suffix: str) -> list[str]:
 
 
 def list_companion_files(
-    path: Path, mesh: MeshFile, kinds: Iterable[str] = (), pages: int = 1, second: bool = False
+    path: Path, mesh: MeshFile | None, kinds: Iterable[str] = (), pages: int = 1, second: bool = False
 ) -> tuple[Path, ...]:
-    """Return the paths of the files that are written next to an OBJ file: MTL file, images, second map."""
+    """Return the paths of the files that are written next to an OBJ file: MTL file, images, second map.
+
+    If the mesh is not known, the paths for any mesh are returned.
+    """
     if path.suffix.lower() != ".obj":
         return ()
     images = [file for kind in kinds for file in get_image_paths(path, kind, pages)]
     beside = [get_second_map_path(path)] if second else []
-    return (*([get_library_path(path)] if images or has_library(mesh) else []), *images, *beside)
+    return (
+        *([get_library_path(path)] if images or mesh is None or has_library(mesh) else []),
+        *images,
+        *beside,
+    )
 
 
 def get_second_map_path(path: Path) -> Path:

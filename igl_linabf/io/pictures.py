@@ -69,6 +69,23 @@ def decode_image(data: bytes, name: str) -> FloatArray:
     return rows[:, :, None] if rows.ndim == 2 else rows
 
 
+def measure_image(data: bytes, name: str) -> tuple[int, int]:
+    """Return the width and height of an image file without decoding its pixels.
+
+    Raises
+    ------
+    MeshError
+        Pillow cannot read the image.
+    """
+    from PIL import Image
+
+    try:
+        with Image.open(BytesIO(data)) as file:
+            return file.size
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        raise MeshError(f"{name} cannot be read as an image ({error}): write it as PNG") from None
+
+
 def encode_png(image: ArrayLike) -> bytes:
     """Return the image as the bytes of a PNG file."""
     data = BytesIO()

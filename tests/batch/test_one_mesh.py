@@ -11,13 +11,14 @@ import pytest
 from conftest import load
 from overlapping_surfaces import spiral
 
-from igl_linabf import ChartOptions, Packing, unwrap
-from igl_linabf.batch import one_mesh
+from igl_linabf import ChartOptions, unwrap
+from igl_linabf.batch import BakedPacking, flatten_files, one_mesh
 from igl_linabf.batch.one_mesh import Settings, Task, run
 from igl_linabf.batch.table import Row
 from igl_linabf.charts import AtlasBounds
+from igl_linabf.cli import main
 from igl_linabf.flattening import resolve_method
-from igl_linabf.io import read_file
+from igl_linabf.io import read_file, write_textured
 
 
 def read_mesh_charts(path: Path) -> np.ndarray:
@@ -58,7 +59,7 @@ def test_seams_and_materials_of_a_file_are_those_of_its_map(tmp_path: Path) -> N
     lines += [line for pair in zip(names, faces, strict=True) for line in pair]
     (tmp_path / "in.obj").write_text("\n".join(lines))
     (tmp_path / "out").mkdir()
-    plain = Settings("unwrap", resolve_method("isometric"), "obj", packing=Packing(cut_below=0))
+    plain = Settings("unwrap", resolve_method("isometric"), "obj", packing=BakedPacking(cut_below=0))
     charts = {}
     for name, options in {
         "found": {},
@@ -113,3 +114,51 @@ def test_a_full_disk_is_raised_and_other_errors_are_rows(
     monkeypatch.setattr(one_mesh, "unwrap", lambda *_, **__: 1 / 0)
     row = process_mesh(tmp_path, *igl.icosahedron())
     assert (row.outcome, row.message) == ("failed", "ZeroDivisionError: division by zero")
+
+
+@pytest.mark.parametrize(
+    ("suffix", "options"),
+    [
+        ("obj", ["--bake", "colours", "--resolution", "64"]),
+        ("glb", ["--bake", "texture", "--resolution", "64", "--seams", "uv"]),
+        ("obj", ["--texcoord", "1"]),
+    ],
+)
+def test_baked_and_second_coordinates_are_those_of_unwrap(
+    suffix: str, options: list[str], tmp_path: Path
+) -> None:
+    pytest.importorskip("distributed")
+    V, F = igl.icosahedron()
+    atlas = unwrap(V, F)
+    image = np.random.default_rng(0).random((8, 8, 3))
+    write_textured(tmp_path / "in.glb", V, F, atlas.TC, atlas.FTC, image)
+    words = [*options, "--format", suffix]
+    (tmp_path / "one").mkdir()
+    assert main(["unwrap", str(tmp_path / "in.glb"), "-o", str(tmp_path / "one"), *words, "--quiet"]) == 0
+    out = tmp_path / "many"
+    assert main(["batch", str(tmp_path / "in.glb"), "-o", str(out), "--workers", "1", *words]) == 0
+    one = {path.name: path.read_bytes() for path in (tmp_path / "one").iterdir()}
+    many = {path.name: path.read_bytes() for path in out.glob("in*")}
+    assert many == one and (suffix == "glb") == (len(one) == 1)
+
+
+def test_a_batch_refuses_what_it_cannot_bake(tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    igl.write_triangle_mesh(str(tmp_path / "in.off"), *igl.icosahedron())
+    for options, message in (
+        ({"bake": "normals", "format": "ply"}, "which a baked texture needs"),
+        ({"bake": "normals", "texcoord": 1}, "leave out texcoord=1"),
+        ({"bake": "light"}, "bake is 'light'"),
+        ({"texcoord": 1, "how": "flatten"}, "not options of flatten"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            flatten_files(tmp_path / "in.off", tmp_path / "out", **options)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "in.png").touch()
+    with pytest.raises(FileExistsError, match=r"in\.png"):
+        flatten_files(tmp_path / "in.off", tmp_path / "out", bake="normals")
+    for packing, texcoord in ((BakedPacking(bake="texture"), 0), (BakedPacking(), 1)):
+        settings = Settings("unwrap", resolve_method("lscm"), "obj", packing=packing, texcoord=texcoord)
+        row = Row(str(tmp_path / "in.off"), "a.obj")
+        row = run(Task(row.input, row, str(tmp_path / "out"), settings))
+        assert row.outcome == "refused" and "has no texture coordinates" in row.message

@@ -474,3 +474,23 @@ def test_a_face_that_is_folded_over_is_flipped_in_a_mesh_whose_faces_are_oriente
     check = check_uv(V, F, TC, atlas.FTC)
     assert 0 < check.flips < around.sum()
     assert set(check.flipped.tolist()) < set(np.flatnonzero(around).tolist())
+
+
+@pytest.mark.parametrize("suffix", ["glb", "obj"])
+def test_texels_are_those_of_the_largest_image_of_the_file(suffix: str, tmp_path, capsys) -> None:
+    atlas, path = unwrap(*igl.icosahedron()), tmp_path / f"ball.{suffix}"
+    write_textured(path, *igl.icosahedron(), atlas.TC, atlas.FTC, np.ones((32, 64, 3)))
+
+    def check(*options: str) -> tuple[int | list[int], str]:
+        assert main(["check", str(path), "--json", *options]) == 0
+        found = json.loads(capsys.readouterr().out)["check"]["resolution"]
+        assert main(["check", str(path), *options]) == 0
+        return found, capsys.readouterr().out
+
+    size, text = check()
+    assert size == [64, 32] and "64 x 32, without --resolution: the size of " in text
+    assert check("--resolution", "16")[0] == 16
+    if suffix == "obj":
+        path.with_suffix(".png").unlink()
+        size, text = check()
+        assert size == 1024 and "1024 x 1024" in text and "ball.png, which is not in" in text

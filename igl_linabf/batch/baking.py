@@ -1,23 +1,29 @@
-"""Bake the textures that `igl-linabf unwrap --bake` writes."""
+"""Bake the textures that `igl-linabf unwrap` and `batch` write with `--bake`."""
+
+from __future__ import annotations
 
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import igl
 import numpy as np
 
 from .._types import FloatArray
-from ..charts import Atlas, Packing, page_size
+from ..charts import Atlas, Packing, page_size, resolve_packing
 from ..errors import MeshError
 from ..io import (
     COLOUR,
+    MTL_KEYWORDS,
     WITH_IMAGES,
+    WITH_TWO_MAPS,
     MeshFile,
     corner_colours,
     find_object_frames,
     image_maps,
     is_direction_map,
+    normalize_suffix,
     transform_to_object_space,
 )
 from ..surface import unit_vectors
@@ -29,7 +35,7 @@ COLOUR_CHANNELS = 3  # assumed number of channels when the memory of images is e
 
 LIGHT_KINDS = ("emissiveTexture",)  # images of emitted light, which is 0 where a face has no image
 
-BakeName = Literal["colors", "texture", "normals", "position"]
+BakeName = Literal["colors", "colours", "texture", "normals", "position"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,27 +44,53 @@ class BakedPacking(Packing):
 
     bake: BakeName | None = None
 
+    @classmethod
+    def of(cls, packing: Packing | None, bake: BakeName | None) -> BakedPacking:
+        """Return a packing, by default the default one, with a texture to bake."""
+        return cls(**{**vars(resolve_packing(packing)), "bake": bake})
+
     def __post_init__(self) -> None:
+        if self.bake not in (None, *get_args(BakeName)):
+            raise ValueError(f"bake is {self.bake!r}: use {', '.join(map(repr, get_args(BakeName)))}")
+        if self.bake == "colours":
+            object.__setattr__(self, "bake", "colors")
         if self.bake and self.resolution is None:
             object.__setattr__(self, "resolution", BAKED_RESOLUTION)
         super().__post_init__()
 
 
-def list_image_kinds(kind: BakeName | None, mesh: MeshFile) -> list[str]:
-    """Return the kinds of image maps that `--bake` writes."""
-    if kind == "texture":
+def list_image_kinds(kind: BakeName | None, mesh: MeshFile | None = None) -> list[str]:
+    """Return the kinds of image maps that are baked for a mesh, or may be baked for any mesh."""
+    if kind == "texture" and mesh is None:
+        return list(MTL_KEYWORDS)
+    if kind == "texture" and mesh is not None:
         return [of.kind for look in mesh.extras.looks or () for of in look.maps]
     return [] if kind is None else [COLOUR]
 
 
-def check_baking(packing: BakedPacking, mesh: MeshFile, output: Path, texcoord: int) -> None:
-    """Raise an error if the requested texture cannot be baked. Called before the computation."""
-    kind = packing.bake
-    if output.suffix.lower() not in WITH_IMAGES:
+def check_target(output: str | PathLike[str], bake: BakeName | None, texcoord: int) -> None:
+    """Raise an error if an output file cannot hold the baked image or the second texture coordinates."""
+    suffix = normalize_suffix(output)
+    if texcoord and suffix not in WITH_TWO_MAPS:
+        known = " or ".join(WITH_TWO_MAPS)
+        raise ValueError(f"{output} does not end in {known}, which second texture coordinates need")
+    if bake and suffix not in WITH_IMAGES:
         known = " or ".join(WITH_IMAGES)
-        raise ValueError(f"--bake needs a file with a texture: give an output that ends in {known}")
-    if texcoord:
-        raise ValueError("--bake is for the first texture coordinates: leave out --texcoord, or --bake")
+        raise ValueError(f"{output} does not end in {known}, which a baked texture needs")
+    if bake and texcoord:
+        raise ValueError("bake= is for the first texture coordinates: leave out texcoord=1, or bake=")
+
+
+def check_contents(mesh: MeshFile, packing: BakedPacking, texcoord: int) -> None:
+    """Raise an error if the mesh lacks what its baked texture or its second texture coordinates need.
+
+    Called before the computation.
+    """
+    if texcoord and mesh.FTC is None:
+        raise MeshError(f"{mesh.path} has no texture coordinates: leave out texcoord=1")
+    kind = packing.bake
+    if kind is None:
+        return
     if kind == "colors" and corner_colours(mesh) is None:
         raise MeshError(
             f"{mesh.path} has no colours of vertices, faces or materials: bake normals or position"
@@ -71,7 +103,7 @@ def check_baking(packing: BakedPacking, mesh: MeshFile, output: Path, texcoord: 
 
 
 def bake_images(packing: BakedPacking, mesh: MeshFile, atlas: Atlas, output: Path) -> Any:
-    """Return the baked image or a list with one image per page; for `--bake texture`, by kind in a dict."""
+    """Return the baked image, or a list with one image per page; for "texture", by kind in a dict."""
     if packing.bake is None:
         return None
     if packing.bake == "texture":
