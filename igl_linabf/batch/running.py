@@ -361,7 +361,7 @@ def _check_free(tasks: list[Task], table: Table, there: set[str]) -> None:
         raise FileExistsError(
             EEXIST,
             f"{some(taken)} are there already, and no batch has written them: give another folder, or "
-            "replace them with --force (in Python, force=True)",
+            "replace them with force=True",
             table.folder,
         )
 

@@ -144,6 +144,11 @@ def resolve_method_of_charts(
     return resolve_method(method or ("isometric" if cones is None else "linabf"), options)
 
 
+def _list_changed_fields(charts: ChartOptions) -> list[str]:
+    """Return the names of the options that do not have their default values."""
+    return [field.name for field in fields(charts) if getattr(charts, field.name) is not field.default]
+
+
 def resolve_options(
     seams: ArrayLike | None,
     charts: ChartOptions | None,
@@ -159,8 +164,10 @@ def resolve_options(
     """
     for name, given in (("seams", seams), ("charts", charts)):
         if cones is not None and given is not None:
+            names = _list_changed_fields(given) if isinstance(given, ChartOptions) else []
+            named = " and ".join(f"{option}=" for option in names or [name])
             raise ValueError(
-                f"cones= and {name}= do not go together, because seams run through the cones: "
+                f"cones= and {named} do not go together, because seams run through the cones: "
                 "leave out one of them"
             )
     asked = ChartOptions() if charts is None else charts

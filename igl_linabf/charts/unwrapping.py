@@ -309,7 +309,7 @@ def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
     if len(doubled):
         warnings.warn(
             f"vertices {some(doubled)} of the boundary are doubled along edges, as programs do at the seams "
-            "of a map: charts end there; weld=0 (--weld 0) joins them",
+            "of a map: charts end there; weld=0 joins them",
             MeshWarning,
             stacklevel=stack_level(),
         )

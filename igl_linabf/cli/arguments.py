@@ -59,7 +59,7 @@ def add_options(parser: argparse.ArgumentParser, command: Command) -> None:
     for name, option, annotation, default in _iterate_options(command):
         kinds = _list_types(annotation)
         positional = default is Parameter.empty and not option.required
-        names = [name] if positional else option.flags or [f"--{name.replace('_', '-')}"]
+        names = [name] if positional else option.flags or [write_flag(name)]
         settings: dict[str, Any] = {"help": option.help}
         if not positional:
             settings |= {"dest": name, "default": default, "required": option.required}
@@ -94,6 +94,20 @@ def bind_options(command: Command, values: Mapping[str, Any]) -> dict[str, Any]:
             is_default = all(getattr(build, field, None) == value for field, value in given.items())
             bound[name] = None if kind != build and is_default else build(**given)
     return bound
+
+
+def list_flags(command: Command) -> dict[str, tuple[str, bool]]:
+    """Return the flag of each option of a command, and whether it takes a value, by the parameter's name."""
+    return {
+        name: (option.flags[-1] if option.flags else write_flag(name), _list_types(annotation) != [bool])
+        for name, option, annotation, default in _iterate_options(command)
+        if default is not Parameter.empty or option.required
+    }
+
+
+def write_flag(name: str) -> str:
+    """Return the default flag of a parameter."""
+    return f"--{name.replace('_', '-')}"
 
 
 def _iterate_options(command: Command) -> Iterator[tuple[str, Option, Any, Any]]:

@@ -55,6 +55,7 @@ class Job:
     title: str = ""  # name of the mesh for messages
     prefix: str = ""  # text before a message if there are several meshes
     on_commit: Callable[[], object] = lambda: None  # called before temporary files are renamed
+    explain: Callable[[str], str] = str  # names options of the command in messages of the library
 
     suffixes: ClassVar[Sequence[str]] = SUFFIXES  # allowed suffixes of `output`
 
@@ -102,7 +103,12 @@ REPORTS = {
 }
 
 
-def run_command(command: Command, values: Mapping[str, Any], on_commit: Callable[[], object]) -> int:
+def run_command(
+    command: Command,
+    values: Mapping[str, Any],
+    on_commit: Callable[[], object],
+    explain: Callable[[str], str],
+) -> int:
     """Run a command with the parsed options, on each of its meshes, and return the worst exit code.
 
     Errors are printed. An error in one mesh does not stop the run.
@@ -112,10 +118,10 @@ def run_command(command: Command, values: Mapping[str, Any], on_commit: Callable
         bound = bind_options(command, values)
         if "job" not in bound:
             return command(**bound)
-        jobs = _plan_jobs(replace(bound.pop("job"), on_commit=on_commit))
+        jobs = _plan_jobs(replace(bound.pop("job"), on_commit=on_commit, explain=explain))
         return max(report_errors(partial(_run_job, partial(command, **bound), job), job) for job in jobs)
 
-    return report_errors(run)
+    return report_errors(run, Job("", explain=explain))
 
 
 def _plan_jobs(job: Job) -> list[Job]:
@@ -160,9 +166,8 @@ def _run_job(command: Command, job: Job) -> int:
         return command(replace(job, mesh=mesh))
 
 
-def report_errors(run: Callable[[], int], job: Job | None = None) -> int:
+def report_errors(run: Callable[[], int], job: Job) -> int:
     """Run a function and return its exit code; print an error as one line that names the mesh."""
-    job = job or Job("")
     try:
         return int(run())
     except OSError as error:
@@ -176,7 +181,7 @@ def report_errors(run: Callable[[], int], job: Job | None = None) -> int:
     except (ImportError, ValueError) as error:  # MeshError is a ValueError
         message = str(error)
     begin = "" if message.startswith(job.title) else job.prefix
-    print(f"igl-linabf: {printable(begin + message)}", file=sys.stderr)
+    print(f"igl-linabf: {printable(begin + job.explain(message))}", file=sys.stderr)
     return ExitCode.ERROR
 
 

@@ -45,7 +45,7 @@ def make_writer(job: Job) -> Callable[..., AbstractContextManager[None]]:
 def report_troubles(job: Job, good: bool, troubles: Iterable[str]) -> ExitCode:
     """Print the problems of a map that has been written, and return the exit code."""
     for message in troubles:
-        print(f"igl-linabf: {printable(job.prefix + message)}", file=sys.stderr)
+        print(f"igl-linabf: {printable(job.prefix + job.explain(message))}", file=sys.stderr)
     return ExitCode.GOOD if good else ExitCode.NOT_VALID
 
 
@@ -82,6 +82,7 @@ def write_outputs(
             if job.json:
                 print(_to_json({"mesh": job.title, **figures}), flush=True)
             elif not job.quiet:
+                text = job.explain(text)
                 text = f"{printable(job.title)}\n{text}\n" if job.prefix else text
                 print(text, flush=True, file=sys.stderr if to_stdout else sys.stdout)
             sys.stdout.flush()

@@ -6,6 +6,7 @@ import inspect
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import NoReturn
 
 import shtab
@@ -20,6 +21,7 @@ from .pattern_making import draw_pattern
 from .texture_coordinates import check_coordinates, pack_charts
 from .unwrapping import unwrap_mesh
 from .viewing import view_mesh
+from .wording import name_options
 
 COMMANDS: Mapping[str, Command] = {
     "flatten": flatten_mesh,
@@ -91,16 +93,17 @@ def main(arguments: Sequence[str] | None = None, *, on_commit: Callable[[], obje
     """
     options = vars(command_parser().parse_args(arguments))
     command = COMMANDS[options.pop("command")]
-    with _print_warnings_on_one_line():
-        return run_command(command, options, on_commit)
+    explain = partial(name_options, command=command, commands=COMMANDS)
+    with _print_warnings_on_one_line(explain):
+        return run_command(command, options, on_commit, explain)
 
 
 @contextlib.contextmanager
-def _print_warnings_on_one_line() -> Iterator[None]:
+def _print_warnings_on_one_line(explain: Callable[[str], str]) -> Iterator[None]:
     """Print each warning of the library as one line on stderr."""
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
-        print(f"igl-linabf: warning: {printable(message)}", file=sys.stderr)
+        print(f"igl-linabf: warning: {printable(explain(str(message)))}", file=sys.stderr)
 
     with warnings.catch_warnings():
         warnings.simplefilter("default")

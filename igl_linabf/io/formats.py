@@ -205,7 +205,7 @@ def _parse_patch(path: Path, surface: str | os.PathLike[str] | None) -> MeshFile
         hemisphere = hemisphere if hemisphere in ("lh", "rh") else "lh"
         raise MeshError(
             f"{path} is a patch, which has vertices and no faces, and its surface is not beside it: pass it "
-            f"as surface=, or --surface ({hemisphere}.fiducial, {hemisphere}.smoothwm, ...)"
+            f"as surface= ({hemisphere}.fiducial, {hemisphere}.smoothwm, ...)"
         )
     meshes = [replace(parse_file(path_), path=path_) for path_ in paths]
     try:
@@ -404,7 +404,7 @@ def check_free(paths: Iterable[Path], force: bool) -> None:
         if os.path.lexists(path) and not force:
             message = (
                 "it is there already, and is not the output file itself: move it, write under another name, "
-                "or replace it with --force (in Python, force=True)"
+                "or replace it with force=True"
             )
             raise FileExistsError(EEXIST, message, str(path))
 

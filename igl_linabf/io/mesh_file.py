@@ -163,7 +163,7 @@ class MeshFile:
         if self.TC is None or self.texture is None:
             raise MeshError(
                 "second texture coordinates need first texture coordinates: unwrap the mesh without "
-                "texcoord=1 (--texcoord 1)"
+                "texcoord=1"
             )
         new = self.textured(TC, FTC)
         assert new.TC is not None and new.texture is not None

@@ -13,7 +13,7 @@ from pathlib import Path
 from ..charts import FIRST_UDIM_TILE
 from ..errors import MeshError
 
-REMEDY = "move the file into it, or allow the reference by --allow-outside (in Python, allow_outside=True)"
+REMEDY = "move the file into it, or allow the reference by allow_outside=True"
 
 
 MAX_UDIM_PAGES = 100  # rows of ten pages: the tiles 1001 to 1100

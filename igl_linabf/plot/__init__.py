@@ -7,7 +7,7 @@ scales, cameras and lines of both.
 try:
     import pyvista
 except ImportError as error:
-    raise ImportError("igl_linabf.plot needs pyvista: pip install 'igl-linabf[viz]'") from error
+    raise ImportError("pictures and windows need pyvista: pip install 'igl-linabf[viz]'") from error
 
 from .displays import has_display
 from .map_cache import Shown

@@ -30,8 +30,7 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
         raise MeshError(
             f"faces {some(bad)} have zero area (face {bad[0]} has vertices "
             f"{vertices[corner[:, bad[0]]].tolist()}): "
-            "collapse or remove them, or move their vertices apart, as igl_linabf.clean and "
-            "flatten(clean=True) do"
+            "collapse or remove them, or move their vertices apart, as igl_linabf.clean does"
         )
     return double_area, dot
 

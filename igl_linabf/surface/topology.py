@@ -305,14 +305,14 @@ def check_planar(topology: Topology, vertices: IntArray) -> None:
     if not loops:
         raise MeshError(
             f"the mesh is closed (no boundary, Euler characteristic {chi}, genus {genus}): "
-            "use igl_linabf.unwrap, which makes an atlas, or cut it with igl_linabf.cut along "
+            "use igl_linabf.unwrap, which makes an atlas, or cut it along "
             "igl_linabf.find_seams(V, F)"
         )
     raise MeshError(
         f"the mesh has {genus} handle{'s' * (genus > 1)} (Euler characteristic {chi} with "
         f"{len(loops)} boundary loop{'s' * (len(loops) > 1)}, the longest through vertex "
-        f"{vertices[loops[0][0]]}): use igl_linabf.unwrap, which makes an atlas, or cut it with "
-        "igl_linabf.cut along igl_linabf.find_seams(V, F)"
+        f"{vertices[loops[0][0]]}): use igl_linabf.unwrap, which makes an atlas, or cut it "
+        "along igl_linabf.find_seams(V, F)"
     )
 
 

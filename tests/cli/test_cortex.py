@@ -80,7 +80,7 @@ def test_a_patch_is_flattened_in_millimetres_beside_its_surface_or_on_a_given_on
     (tmp_path / "lh.fiducial").rename(tmp_path / "ball")
     assert main(["flatten", str(patch), "-o", str(flat), "--surface", str(tmp_path / "ball"), "--quiet"]) == 0
     assert main(["flatten", str(patch), "-o", str(flat), "--quiet"]) == 2
-    assert "surface=, or --surface (lh.fiducial, lh.smoothwm" in capsys.readouterr().err
+    assert "--surface (lh.fiducial, lh.smoothwm" in capsys.readouterr().err
     obj = [
         "flatten",
         str(tmp_path / "ball"),

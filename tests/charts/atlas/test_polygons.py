@@ -259,7 +259,7 @@ def test_doubled_vertices_on_less_than_half_of_the_boundary_are_named_in_a_warni
     V2, _, _, F2 = igl.remove_duplicate_vertices(
         np.column_stack((twice, np.arange(len(twice)) // len(V))), apart, 0
     )[:4]
-    said = rf"\({2 * len(rim)} in all\) of the boundary are doubled along edges.* weld=0 \(--weld 0\)"
+    said = rf"\({2 * len(rim)} in all\) of the boundary are doubled along edges.* weld=0 joins"
     with pytest.warns(MeshWarning, match=said):
         assert len(unwrap(V2[:, :3], F2, charts=ChartOptions(trade=0)).charts) == 2
     with warnings.catch_warnings(record=True) as caught:

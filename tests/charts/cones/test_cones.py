@@ -552,7 +552,7 @@ def test_invalid_cones_are_refused_with_valid_numbers() -> None:
         unwrap(V, F, cones=Cones([middle, *corners[1:6]], angles=[7 * np.pi, *np.full(5, np.pi / 5)]))
     with pytest.raises(ValueError, match="cones= and seams= do not go together"):
         unwrap(V, F, find_seams(V, F), cones=corners)
-    with pytest.raises(ValueError, match="cones= and charts= do not go together"):
+    with pytest.raises(ValueError, match="cones= and trade= do not go together"):
         unwrap(V, F, charts=ChartOptions(trade=1), cones=corners)
     with pytest.raises(ValueError, match="yet to be found"):
         Cones(8, angles=np.full(8, 1.5 * np.pi))
