@@ -81,6 +81,20 @@ def some(indices: ArrayLike, limit: int = MAX_LISTED) -> str:
     return head if len(values) <= limit else f"{head}, ... ({len(values)} in all)"
 
 
+PLURALS = {"vertex": "vertices", "mesh": "meshes"}  # nouns whose plural is not formed by "s"
+
+
+def format_count(number: int, noun: str) -> str:
+    """Format a number of things with the noun in the singular or plural.
+
+    Examples
+    --------
+    >>> format_count(1, "image"), format_count(0, "image"), format_count(2000, "vertex")
+    ('1 image', '0 images', '2,000 vertices')
+    """
+    return f"{number:,} {noun if number == 1 else PLURALS.get(noun, noun + 's')}"
+
+
 def is_number(
     value: object, low: float = -np.inf, high: float = np.inf, *, above: bool = False, whole: bool = False
 ) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import IntArray
-from ..errors import MeshError, MeshWarning, stack_level
+from ..errors import MeshError, MeshWarning, format_count, stack_level
 from ..io import Damaged, triangulate_strip_cells
 
 if TYPE_CHECKING:
@@ -35,7 +35,8 @@ def check_sizes(V: ArrayLike, F: ArrayLike, points: int, faces: int) -> None:
     sizes = np.shape(V)[0], np.shape(F)[0]
     if sizes != (points, faces):
         raise MeshError(
-            f"like has {points} vertices and {faces} triangles, V and F have {sizes[0]} and {sizes[1]}: pass "
+            f"like has {format_count(points, 'vertex')} and {format_count(faces, 'triangle')}, V and F "
+            f"have {sizes[0]} and {sizes[1]}: pass "
             "the mesh that they come from"
         )
 
@@ -94,8 +95,8 @@ def _copy_material(material: Any, with_images: bool) -> Any:
 def _warn_of_images(count: int) -> None:
     """Warn that `count` images are left out because they belong to old texture coordinates."""
     warnings.warn(
-        f"{count} images of like were made for its old texture coordinates: they are left out; bake_texture "
-        "moves images to new ones",
+        f"like has {format_count(count, 'image')} for its old texture coordinates, and the result has none: "
+        "bake_texture moves images to new ones",
         MeshWarning,
         stacklevel=stack_level(),
     )

@@ -11,7 +11,7 @@ import numpy as np
 
 from .._types import FloatArray, IntArray
 from ..charts import ChartOptions, Packing, texture_seams, unwrap
-from ..errors import MeshError, MeshWarning, some, stack_level
+from ..errors import MeshError, MeshWarning, format_count, some, stack_level
 from ..flattening import Method
 from ..io import MeshFile
 from ..surface import Faces, Polygons
@@ -42,7 +42,7 @@ def warn_of_bare_parts(mesh: MeshFile, consequences: Iterable[str]) -> None:
         return
     count = int(np.count_nonzero(mesh.bare))
     warnings.warn(
-        f"{count:,} faces have no texture coordinates, in {some(listed)}: {', '.join(texts)}",
+        f"{format_count(count, 'face')} without texture coordinates, in {some(listed)}: {', '.join(texts)}",
         MeshWarning,
         stacklevel=stack_level(),
     )

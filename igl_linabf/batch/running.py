@@ -24,7 +24,7 @@ import numpy as np
 from .._runtime import Progress, count_steps, undo_at_interrupt
 from ..charts import ChartOptions, Cones, Packing, resolve_method_of_charts, resolve_options
 from ..cortex import FLAT_PATCH, list_files
-from ..errors import is_number, printable, some
+from ..errors import format_count, is_number, printable, some
 from ..flattening import BoundaryName, Method, resolve_method
 from ..io import SUFFIXES, list_companion_files
 from . import places
@@ -87,7 +87,7 @@ class Batch:
         rate = f", {self.done / self.seconds:.3g} a second" if self.done else ""
         before = len(self.rows) - self.done
         return (
-            f"{len(self.rows):,} meshes: {ends}\n"
+            f"{format_count(len(self.rows), 'mesh')}: {ends}\n"
             f"{self.done:,} done in {self.seconds:.3g} s{rate}; {before:,} were done before\n"
             f"a row for each in {printable(self.table)}"
         )

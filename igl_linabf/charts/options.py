@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
-from ..errors import MeshError, is_number, some
+from ..errors import MeshError, format_count, is_number, some
 from ..flattening import Isometric, Method, MethodOptions, resolve_method
 from .atlas import ISOMETRY_ENERGY, STRETCH_ROUNDING, UNUSABLE_STRETCH
 from .cones import Cones, GivenCones
@@ -115,7 +115,8 @@ class ChartOptions:
             raise MeshError("labels are not an array of integers: pass one for each face") from None
         if given.shape != (n_faces,):
             raise MeshError(
-                f"labels have the shape {given.shape} for {n_faces} faces: pass one for each face"
+                f"labels have the shape {given.shape} for {format_count(n_faces, 'face')}: pass one for "
+                "each face"
             )
         bad = np.flatnonzero(~(np.isfinite(given) & (given == np.round(given))))
         if len(bad):

@@ -14,7 +14,15 @@ from numpy.typing import ArrayLike
 from .._core import lengths
 from .._runtime import Progress, progress_part, show_progress
 from .._types import FloatArray, IntArray
-from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, some, stack_level, takes_vertices_and_faces
+from ..errors import (
+    FallbackWarning,
+    MeshWarning,
+    OutcomeWarning,
+    format_count,
+    some,
+    stack_level,
+    takes_vertices_and_faces,
+)
 from ..flattening import Method, MethodOptions
 from ..measures import measure_quality
 from ..surface import (
@@ -320,7 +328,7 @@ def _warn_of_added_seams(atlas: Atlas) -> None:
     added = atlas.added_seams
     if len(added):
         counts = Counter(reason for chart in atlas.charts for reason in chart.split_reasons)
-        reasons = ", ".join(f"{reason} (of {n:,} chart{'s' * (n > 1)})" for reason, n in counts.items())
+        reasons = ", ".join(f"{reason} (of {format_count(n, 'chart')})" for reason, n in counts.items())
         warnings.warn(
             f"{len(added):,} edge{' is' if len(added) == 1 else 's are'} cut in addition to the given seams, "
             f"because of {reasons}: {some(added)}; atlas.added_seams has them. Give more seams there, "
@@ -384,7 +392,7 @@ def _warn_of_narrow_gaps(number: int, request: PackingRequest) -> None:
     """Warn if the margin was reduced, because it left no room for the charts."""
     spacing, widest = request.spacing, _find_widest_gap(number)
     if spacing.for_charts(number).gap > widest:
-        too_wide = f"a margin of {spacing.gap:g} leaves no room for {number:,} charts"
+        too_wide = f"a margin of {spacing.gap:g} leaves no room for {format_count(number, 'chart')}"
         warnings.warn(f"{too_wide}: it is reduced to {widest:.2g}", FallbackWarning, stacklevel=stack_level())
 
 

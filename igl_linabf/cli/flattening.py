@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 
 from .._runtime import progress_part, show_progress
 from ..cortex import HEMISPHERES, CutsFrom, WallFrom, flatten_hemispheres, list_files, writing_hemispheres
-from ..errors import MeshWarning
+from ..errors import MeshWarning, format_count
 from ..flattening import METHODS, Fit, compare, flatten
 from ..io import (
     Patch,
@@ -110,8 +110,8 @@ def flatten_mesh(
     troubles = [] if result.outcome.good else [result.message]
     if not troubles and measured.flips > len(result.flipped):
         troubles = [
-            f"{measured.flips} triangles flip by rounding when the map is scaled to the unit square: its "
-            "scale varies too much: use --units mesh, or unwrap the mesh"
+            f"rounding flips {format_count(measured.flips, 'triangle')} when the map is scaled to the unit "
+            "square, because its scale varies too much: use --units mesh, or unwrap the mesh"
         ]
     return report_troubles(job, not troubles, troubles)
 
@@ -266,7 +266,10 @@ def flatten_scroll(
             segment = read_tifxyz(job.mesh)
         if not silent:
             needed = format_gigabytes(memory_needed(segment))
-            print(f"{segment.valid.sum():,} points, which take about {needed} of memory", file=sys.stderr)
+            print(
+                f"{format_count(int(segment.valid.sum()), 'point')}, which take about {needed} of memory",
+                file=sys.stderr,
+            )
         with progress_part("flattening", PROGRESS["computing"]):
             flat = flatten_segment(segment, method=method, up=up, pieces=pieces)
         report = flat.report

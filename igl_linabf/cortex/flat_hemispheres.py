@@ -14,7 +14,7 @@ import numpy as np
 
 from .._runtime import Progress, progress_part, show_progress
 from .._types import BoolArray, FloatArray, IntArray
-from ..errors import MeshError, MeshWarning, is_number, stack_level
+from ..errors import MeshError, MeshWarning, format_count, is_number, stack_level
 from ..flattening import Flattening, Method, Outcome, flatten, resolve_method
 from ..measures import Distances, Quality, measure_quality, overlapping_pairs
 from ..surface import PatchFaces, Submesh, patch_faces, scatter
@@ -85,7 +85,10 @@ class FlatHemisphere:
         )
 
     def __repr__(self) -> str:
-        return f"<Flat {self.hemisphere.name} of {self.hemisphere.subject}: {len(self.F):,} triangles>"
+        return (
+            f"<Flat {self.hemisphere.name} of {self.hemisphere.subject}: "
+            f"{format_count(len(self.F), 'triangle')}>"
+        )
 
 
 def flatten_hemisphere(

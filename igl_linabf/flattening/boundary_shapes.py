@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
 from ..angles import inscribed_sums
-from ..errors import MeshError, some
+from ..errors import MeshError, format_count, some
 from ..surface import Mesh, Topology, find_chords, vertex_indices
 from .constants import BOUNDARY_TOL
 
@@ -199,7 +199,7 @@ def _check_gauss_bonnet(mesh: Mesh, shape: Shape, faces: IntArray) -> None:
             continue
         wanted = (m + 2 if i else m - 2) * np.pi
         given, left, where = float(np.nansum(asked)), int(free.sum()), f"vertex {mesh.vertices[loop[0]]}"
-        around = f"{'hole' if i else 'outer loop'} of {m} vertices through {where}"
+        around = f"{'hole' if i else 'outer loop'} of {format_count(m, 'vertex')} through {where}"
         if not left and abs(given - wanted) > BOUNDARY_TOL:
             raise MeshError(
                 f"the angles asked for at the {around} sum to {given:.6f} rad, but in a flat map to "

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from .._notebook import html_row, html_table, map_svg
 from .._runtime import advance, align_columns, progress_part
 from .._types import FloatArray, IntArray
-from ..errors import FallbackWarning, is_number, stack_level, takes_vertices_and_faces
+from ..errors import FallbackWarning, format_count, is_number, stack_level, takes_vertices_and_faces
 from ..measures import Quality, format_pair_count, quality
 from ..surface import planar_mesh, scatter
 from . import other_programs
@@ -73,7 +73,7 @@ class Comparison:
         return {label: entry.uv for label, entry in self.entries.items()}
 
     def __repr__(self) -> str:
-        return f"<Comparison on {len(self.F):,} triangles: {', '.join(self.entries)}>"
+        return f"<Comparison on {format_count(len(self.F), 'triangle')}: {', '.join(self.entries)}>"
 
     def __str__(self) -> str:
         return align_columns(self._rows())

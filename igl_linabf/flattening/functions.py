@@ -14,7 +14,15 @@ from numpy.typing import ArrayLike
 
 from .._runtime import Progress, advance, show_progress
 from .._types import FloatArray
-from ..errors import MeshError, MeshWarning, OutcomeWarning, some, stack_level, takes_vertices_and_faces
+from ..errors import (
+    MeshError,
+    MeshWarning,
+    OutcomeWarning,
+    format_count,
+    some,
+    stack_level,
+    takes_vertices_and_faces,
+)
 from ..layouts import LayoutName
 from ..linalg import SolverName
 from ..measures import Distances, measure_quality, overlapping_pairs_of_chart
@@ -535,7 +543,8 @@ def flatten_mesh(
             raise ValueError(f"the method {chosen.name!r} has a free boundary: use 'linabf' or 'abf'")
         if shape.name != "free" and shape_is_pinned(pinned):
             raise MeshError(
-                f"{len(pinned[0])} vertices are pinned, and the boundary has a shape: pin two vertices to "
+                f"{format_count(len(pinned[0]), 'vertex')} {'is' if len(pinned[0]) == 1 else 'are'} "
+                "pinned, and the boundary has a shape: pin two vertices to "
                 "place the whole map, or leave the boundary free"
             )
         upwards = None if up is None else _check_up(up, pinned is not None, shape.name)

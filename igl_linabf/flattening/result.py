@@ -11,7 +11,7 @@ import numpy as np
 from .._notebook import html_row, html_table, map_svg
 from .._types import FloatArray, IntArray
 from ..angles import Residual, Step, largest_magnitude
-from ..errors import some
+from ..errors import format_count, some
 from ..surface import HOPELESS_AREA_RATIO, SAFE_AREA_RATIO, Mesh, Repair
 
 MAX_COUNTED = 1000  # maximum number of overlapping pairs that are counted for the outcome
@@ -349,7 +349,10 @@ class Flattening:
 
     def __repr__(self) -> str:
         flips = f", {len(self.flipped):,} flipped" * bool(len(self.flipped))
-        return f"<Flattening of {len(self.F):,} triangles by {self.method}: {self.outcome.value}{flips}>"
+        return (
+            f"<Flattening of {format_count(len(self.F), 'triangle')} by {self.method}: "
+            f"{self.outcome.value}{flips}>"
+        )
 
     def __str__(self) -> str:
         rows = self._rows()

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._runtime import replacing
 from .._types import FloatArray, IntArray
-from ..errors import MeshError, some
+from ..errors import MeshError, format_count, some
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, map_array, vertex_array
 from .colours import replace_colours_that_are_not_finite
@@ -75,7 +75,7 @@ def _make_no_faces_error(path: Path, found: MeshFile) -> MeshError:
         if len(found.V)
         else "is it a mesh?"
     )
-    return MeshError(f"{path} holds {len(found.V)} vertices and no faces: {hint}")
+    return MeshError(f"{path} holds {format_count(len(found.V), 'vertex')} and no faces: {hint}")
 
 
 def read_file(

@@ -460,7 +460,9 @@ def write_atomically(
             _warn_of_second_map(second)
             first = replace(prepared, TC=prepared.first[0], texture=prepared.first[1], first=None)
             with warnings.catch_warnings():  # no warning: images still match the first texture coordinates
-                warnings.filterwarnings("ignore", ".* images of its materials were made", MeshWarning)
+                warnings.filterwarnings(
+                    "ignore", "its materials have .* for the old texture coordinates", MeshWarning
+                )
                 WRITERS[suffix](stack.enter_context(replacing(second)), replace(prepared, first=None), named)
                 WRITERS[suffix](temporary, first, named)
         else:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._types import FloatArray
-from ..errors import MeshWarning, stack_level
+from ..errors import MeshWarning, format_count, stack_level
 from .parsing import convert_to_utf8, decode_utf8, encode_utf8, parse_name, parse_numbers
 
 SRGB = {
@@ -250,7 +250,7 @@ def warn_of_stale_images(count: int, remedy: str = "bake them again") -> None:
     """Warn that `count` images were made for the old texture coordinates, and state the remedy."""
     if count:
         warnings.warn(
-            f"{count} images of its materials were made for the old texture coordinates: {remedy}",
+            f"its materials have {format_count(count, 'image')} for the old texture coordinates: {remedy}",
             MeshWarning,
             stacklevel=stack_level(),
         )
@@ -265,7 +265,8 @@ def warn_of_lost_images(count: int) -> None:
     """Warn that the new MTL file omits the images of `count` materials, made for the old coordinates."""
     if count:
         warnings.warn(
-            f"the images of {count} materials were made for the old texture coordinates: the new library "
+            f"the images of {format_count(count, 'material')} were made for the old texture coordinates: "
+            "the new library "
             "leaves them out",
             MeshWarning,
             stacklevel=stack_level(),

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._types import FloatArray
+from ..errors import format_count
 from .mesh_file import MeshFile
 from .parsing import (
     SPACE,
@@ -58,7 +59,8 @@ def parse_off(data: bytes) -> MeshFile:
         rows, line_numbers = _regroup_words(rows, line_numbers, n, m)
     if len(rows) != n + m:
         raise Damaged(
-            f"its header declares {n} vertices and {m} faces, but {len(rows)} lines follow: correct the "
+            f"its header declares {format_count(n, 'vertex')} and {format_count(m, 'face')}, but "
+            f"{len(rows)} lines follow: correct the "
             "header if no line is missing"
         )
     V, vertex_data = _parse_vertices(rows[:n], line_numbers[:n], head[0])

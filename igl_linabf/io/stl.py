@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._types import FloatArray
-from ..errors import MeshWarning, some, stack_level
+from ..errors import MeshWarning, format_count, some, stack_level
 from ..surface import Polygons
 from .mesh_file import MeshFile
 from .parsing import (
@@ -52,7 +52,7 @@ def parse_stl(data: bytes) -> MeshFile:
         extras = Extras(parts=parts)
     elif len(data) >= header_size:
         follow = count + remainder / TRIANGLE_DTYPE.itemsize
-        raise Damaged(f"its header declares {declared} triangles, but {follow:g} follow")
+        raise Damaged(f"its header declares {format_count(declared, 'triangle')}, but {follow:g} follow")
     else:
         raise Damaged(f"its {len(data)} bytes are neither text nor binary STL")
     bad = np.flatnonzero(~np.isfinite(V).all(axis=1))

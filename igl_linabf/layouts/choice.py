@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._types import ComplexArray, FloatArray, IntArray
 from ..angles import Constraints, Iterate, build_constraints
-from ..errors import MeshError, SingularSystemError, some
+from ..errors import MeshError, SingularSystemError, format_count, some
 from ..linalg import Analysis, NotPositiveDefiniteError, SolverName, Solvers
 from ..surface import (
     Pins,
@@ -231,7 +231,10 @@ def check_angles(angles: ArrayLike, m: int) -> FloatArray:
     """Check that the angles are angles of triangles; return them as (3, #F)."""
     array = vertex_array(angles, 3, "angles")
     if len(array) != m:
-        raise MeshError(f"angles has {len(array)} rows for {m} faces: pass one row per face")
+        raise MeshError(
+            f"angles has {format_count(len(array), 'row')} for {format_count(m, 'face')}: pass one row "
+            "per face"
+        )
     bad = np.flatnonzero(
         ~((array > 0) & (array < np.pi)).all(axis=1) | ~(np.abs(array.sum(axis=1) - np.pi) < 1e-6)
     )

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import psutil
 
-from ..errors import MemoryLimitError
+from ..errors import MemoryLimitError, format_count
 
 BYTES_PER_FACE = 1000  # peak memory per face of a map without factors, see benchmarks/memory.py
 BYTES_PER_HOLE_AND_ROW = 60  # peak memory of the dense Schur columns of an uncut hole, per vertex constraint
@@ -49,7 +49,7 @@ def check_memory(faces: int, factor: int, holes: int = 0, rows: int = 0) -> None
     """
     wanted = BYTES_PER_FACE * faces + factor + BYTES_PER_HOLE_AND_ROW * holes * rows
     if not has_free_memory(wanted):
-        what = f"{faces:,} faces with {holes:,} holes" if holes else f"{faces:,} faces"
+        what = format_count(faces, "face") + f" with {format_count(holes, 'hole')}" * bool(holes)
         fill = "fill small holes, " if holes else ""
         raise MemoryLimitError(
             f"{what} take about {format_gigabytes(wanted)}, but only "

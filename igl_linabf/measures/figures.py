@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from .._notebook import html_table
 from .._runtime import align_columns
 from .._types import FloatArray
-from ..errors import takes_vertices_and_faces
+from ..errors import format_count, takes_vertices_and_faces
 from ..surface import Ragged, Submesh, scale_to_unit_size
 from .distances import Distances, check_rings
 from .overlapping import format_pair_count, overlapping_pairs
@@ -94,7 +94,9 @@ class Quality:
 
     def __repr__(self) -> str:
         figures = f"F/3nt {self.angle_distortion:.3g}, L2 stretch {self.stretch_l2:.4g}"
-        return f"<Quality of {self.report.faces:,} triangles: {figures}, {self.flips:,} flipped>"
+        return (
+            f"<Quality of {format_count(self.report.faces, 'triangle')}: {figures}, {self.flips:,} flipped>"
+        )
 
     def __str__(self) -> str:
         return table({"": self})

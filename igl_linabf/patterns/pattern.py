@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .._runtime import align_columns
 from .._types import FloatArray, IntArray
 from ..charts import Atlas
-from ..errors import MeshWarning, some, stack_level
+from ..errors import MeshWarning, format_count, some, stack_level
 from .folds import find_seam_angles
 from .grain_arrows import place_arrows
 from .options import PatternOptions
@@ -105,13 +105,11 @@ class Pattern:
         width, height = self.size
         mountain = int((self.fold_angles > 0).sum())
         facts = [
-            f"{self.pieces} piece{'s' * (self.pieces != 1)}, {width:.1f} x {height:.1f} mm, "
+            f"{format_count(self.pieces, 'piece')}, {width:.1f} x {height:.1f} mm, "
             f"{len(self.folds)} fold edges ({mountain} mountain, {len(self.folds) - mountain} valley)"
         ]
         if self.report.tab_width:
-            facts.append(
-                f"{len(self.tabs)} tab{'s' * (len(self.tabs) != 1)} of at most {self.report.tab_width:g} mm"
-            )
+            facts.append(f"{format_count(len(self.tabs), 'tab')} of at most {self.report.tab_width:g} mm")
         if self.report.allowance:
             facts.append(f"a seam allowance of {self.report.allowance:g} mm")
         if self.report.compensation != (1, 1):

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from .._core import signed_double_areas
 from .._types import BoolArray, FloatArray, IntArray
 from ..charts import Atlas
-from ..errors import MeshError
+from ..errors import MeshError, format_count
 from ..measures import Measure, distortion
 from ..surface import compact, complex_positions, face_array, map_array, seam_mask, vertex_array
 from .cones import SeamSides, add_cones, choose_arc_colours, find_seam_sides
@@ -81,7 +81,8 @@ def _build_atlas_scene(points: FloatArray, F: ArrayLike, atlas: Atlas, seams: Ar
     given = face_array(F) if atlas.report.split is None else atlas.report.split.F
     if len(atlas.triangles) != len(given) or atlas.origin.max() >= len(points):
         raise MeshError(
-            f"the atlas has {len(atlas.FTC)} faces, and F has {len(given)}: pass the unwrapped V and F"
+            f"the atlas has {format_count(len(atlas.FTC), 'face')}, and F has {len(given)}: pass the "
+            "unwrapped V and F"
         )
     edges = atlas.seams if seams is None else _find_seam_edges(seams, given, len(points))
     vertices, faces = compact(atlas.drawn, len(atlas.TC))
@@ -158,7 +159,8 @@ def add_surface(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
         values = np.asarray(scalars, dtype=np.float64).ravel()
         if len(values) not in (len(drawn.V), len(drawn.F)):
             raise MeshError(
-                f"scalars has {len(values)} values for {len(drawn.V)} vertices and {len(drawn.F)} faces: "
+                f"scalars has {len(values)} values for {format_count(len(drawn.V), 'vertex')} and "
+                f"{format_count(len(drawn.F), 'face')}: "
                 "pass one per vertex or one per face"
             )
         by_face = len(values) == len(drawn.F)

@@ -19,7 +19,7 @@ import pyvista as pv
 from numpy.typing import ArrayLike
 
 from .._types import FloatArray
-from ..errors import MeshError
+from ..errors import MeshError, format_count
 from ..flattening import METHODS, BoundaryName
 from ..io import replacing, unit_square, write_mesh
 from ..measures import MEASURES, Measure
@@ -221,10 +221,10 @@ class Viewer:
         """The caption of the window."""
         q, name = self.shown.quality, METHOD_NAMES.get(self.method, self.method)
         if self.method == "linabf" and self.iterations:
-            name += f", {self.iterations} iteration{'s' * (self.iterations > 1)}"
+            name += f", {format_count(self.iterations, 'iteration')}"
         text = f"{name}: F/3nt {q.angle_distortion:.3g}, L2 stretch {q.stretch_l2:.3g}, {q.flips} flipped"
         if self.shown.charts > 1:
-            text += f", {self.shown.charts} charts"
+            text += f", {format_count(self.shown.charts, 'chart')}"
         if self.picked is not None:
             face, weights = self.picked
             drawn = self.shown.drawn

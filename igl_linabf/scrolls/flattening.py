@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from .._runtime import Progress, advance, progress_part, show_progress
 from .._types import BoolArray, FloatArray, IntArray
-from ..errors import MeshError, OutcomeWarning, is_number, stack_level
+from ..errors import MeshError, OutcomeWarning, format_count, is_number, stack_level
 from ..flattening import Method, flatten, resolve_method
 from ..io import Segment, read_tifxyz
 from ..measures import format_pair_count
@@ -253,8 +253,9 @@ def _warn_if_bad(report: SegmentReport) -> None:
     if report.flips or report.overlaps:
         pairs = format_pair_count(report.overlaps)
         warnings.warn(
-            f"the flat segment has {report.flips:,} flipped triangles and {pairs} pairs of overlapping "
-            "triangles, and shows only one of each pair: look at the segment there",
+            f"the flat segment has {format_count(report.flips, 'flipped triangle')} and "
+            f"{pairs} pair{'s' * (report.overlaps != 1)} of overlapping triangles, and shows only one of "
+            "each pair: look at the segment there",
             OutcomeWarning,
             stacklevel=stack_level(),
         )

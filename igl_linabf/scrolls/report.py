@@ -10,6 +10,7 @@ import numpy as np
 
 from .._runtime import align_columns
 from .._types import FloatArray, IntArray
+from ..errors import format_count
 from ..io import Segment
 from ..measures import format_pair_count, measure_change, overlapping_pairs
 from ..surface import Repair, Submesh
@@ -114,7 +115,9 @@ class FlatSegment:
 
     def __repr__(self) -> str:
         rows, columns = self.segment.points.shape[:2]
-        return f"<FlatSegment of {self.report.faces:,} triangles on {rows:,} x {columns:,} points>"
+        return (
+            f"<FlatSegment of {format_count(self.report.faces, 'triangle')} on {rows:,} x {columns:,} points>"
+        )
 
 
 def measure_pieces(pieces: Sequence[tuple[Submesh, FloatArray]]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from .._core import used_vertices
 from .._types import BoolArray, FloatArray, IntArray
-from ..errors import MeshError, some
+from ..errors import MeshError, format_count, some
 from .constants import LARGEST_COORDINATE
 
 MOST_VERTICES = 2**31  # maximum vertex count that is inferred from face indices alone
@@ -33,7 +33,9 @@ def map_array(uv: ArrayLike, n: int) -> FloatArray:
     """Return a flat map of `n` vertices as a C-ordered (#V, 2) float64 array."""
     map_ = vertex_array(uv, 2, "uv")
     if len(map_) != n:
-        raise MeshError(f"uv has {len(map_)} rows for {n} vertices: pass one row a vertex")
+        raise MeshError(
+            f"uv has {format_count(len(map_), 'row')} for {format_count(n, 'vertex')}: pass one row a vertex"
+        )
     return map_
 
 
@@ -142,7 +144,10 @@ def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given:
         raise MeshError(f"b has the shape {index.shape}: pin two or more vertices, b of shape (#b,)")
     place = vertex_array(bc, 2, "bc")
     if len(place) != len(index):
-        raise MeshError(f"bc has {len(place)} rows for {len(index)} pins: give one position each")
+        raise MeshError(
+            f"bc has {format_count(len(place), 'row')} for {format_count(len(index), 'pin')}: give one "
+            "position each"
+        )
     if index.min() < 0 or index.max() >= n_given:
         bad = index[(index < 0) | (index >= n_given)]
         raise MeshError(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..errors import MeshError, some
+from ..errors import MeshError, format_count, some
 from .constants import LARGEST_SEARCHED_POLYGON
 from .ragged import Ragged, index_and_rank
 from .triangulation import triangulate_polygons
@@ -114,7 +114,8 @@ class Polygons:
         texture = Polygons.of(FTC)
         if len(texture) != len(self) or (texture.sizes != self.sizes).any():
             raise MeshError(
-                f"FTC has {len(texture)} rows for {len(self)} faces, or rows of other lengths: pass F's shape"
+                f"FTC has {format_count(len(texture), 'row')} for {format_count(len(self), 'face')}, or "
+                "rows of other lengths: pass F's shape"
             )
         return texture
 

@@ -21,7 +21,7 @@ from .._core import (
     sum_by_index,
 )
 from .._types import BoolArray, FloatArray, IntArray
-from ..errors import MeshError, some
+from ..errors import MeshError, format_count, some
 from .ragged import Ragged
 
 
@@ -309,8 +309,8 @@ def check_planar(topology: Topology, vertices: IntArray) -> None:
             "igl_linabf.find_seams(V, F)"
         )
     raise MeshError(
-        f"the mesh has {genus} handle{'s' * (genus > 1)} (Euler characteristic {chi} with "
-        f"{len(loops)} boundary loop{'s' * (len(loops) > 1)}, the longest through vertex "
+        f"the mesh has {format_count(genus, 'handle')} (Euler characteristic {chi} with "
+        f"{format_count(len(loops), 'boundary loop')}, the longest through vertex "
         f"{vertices[loops[0][0]]}): use igl_linabf.unwrap, which makes an atlas, or cut it "
         "along igl_linabf.find_seams(V, F)"
     )

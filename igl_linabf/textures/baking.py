@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..charts import UDIM_ROW, page_size
-from ..errors import MemoryLimitError, MeshError, is_number
+from ..errors import MemoryLimitError, MeshError, format_count, is_number
 from ..linalg import format_gigabytes, free_memory, has_free_memory
 from .coordinates import Coordinates, MappedTriangles
 from .texels import Rows, Size, Texels, find_boundary_texels, find_covered_texels, find_nearest_known
@@ -216,13 +216,14 @@ def _get_corner_values(
     if given.ndim == 3:
         if given.shape[:2] != triangles.shape:
             raise MeshError(
-                f"values are {given.shape[0]} x {given.shape[1]} corners for {len(triangles)} triangles: "
+                f"values are {given.shape[0]} x {given.shape[1]} corners for "
+                f"{format_count(len(triangles), 'triangle')}: "
                 "pass (#F, 3, k), or values at vertices"
             )
         return given, None
     if given.ndim not in (1, 2) or len(given) != n:
         raise MeshError(
-            f"values have the shape {given.shape} for {n} vertices: "
+            f"values have the shape {given.shape} for {format_count(n, 'vertex')}: "
             "pass (#V,), (#V, k), (#F, 3, k) or a function of the point"
         )
     return given.reshape(n, -1)[triangles], None
@@ -241,7 +242,8 @@ def _call_function(function: Callable[[FloatArray], ArrayLike], points: FloatArr
     made = _to_numbers(function(points), "the function does not return")
     if made.ndim not in (1, 2) or len(made) != len(points):
         raise MeshError(
-            f"the function returns the shape {made.shape} for {len(points)} points: return a row for each"
+            f"the function returns the shape {made.shape} for {format_count(len(points), 'point')}: "
+            "return a row for each"
         )
     return made.reshape(len(made), -1)
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..charts import FIRST_UDIM_TILE, page_size
-from ..errors import MeshError, some
+from ..errors import MeshError, format_count, some
 from ..surface import Polygons, unit_vectors, vertex_array
 from .baking import check_image_memory, check_padding, list_pages, paint_page
 from .coordinates import Coordinates, MappedTriangles
@@ -154,7 +154,8 @@ def _get_old_coordinates(
     place = mapped.split.place if mapped.split is not None else np.arange(polygons.sizes.sum()).reshape(-1, 3)
     if len(place) != len(mapped.F):
         raise MeshError(
-            f"the atlas has {len(mapped.F)} triangles, and F has {len(place)}: pass the unwrapped F"
+            f"the atlas has {format_count(len(mapped.F), 'triangle')}, and F has {len(place)}: pass the "
+            "unwrapped F"
         )
     rows = texture.corners[place]
     uv = np.concatenate((points, [[0.0, 0.0]]))[np.where(rows < 0, len(points), rows)]
@@ -221,7 +222,9 @@ def _get_labels(labels: ArrayLike | None, n_triangles: int, number: int, mapped:
         raise MeshError(f"labels have the shape {given.shape}: pass an integer for each face")
     bad = np.flatnonzero(given >= number)
     if len(bad):
-        raise MeshError(f"faces {some(bad)} have labels beyond the {number} images: give more images")
+        raise MeshError(
+            f"faces {some(bad)} have labels beyond the {format_count(number, 'image')}: give more images"
+        )
     return np.asarray(given[face], dtype=np.int64)
 
 

@@ -12,7 +12,7 @@ from .._notebook import html_row, html_table, map_svg
 from .._runtime import align_columns
 from .._types import FloatArray, IntArray
 from ..charts import page_size, texture_seams
-from ..errors import MeshError, is_number, some, takes_vertices_and_faces
+from ..errors import MeshError, format_count, is_number, some, takes_vertices_and_faces
 from ..measures import Quality, format_pair_count, measure_quality
 from ..surface import Submesh, merge_coincident
 from .margins import measure_margins
@@ -162,7 +162,8 @@ class UVCheck:
         lines = []
         if self.report.unmapped:
             lines.append(
-                f"{self.report.unmapped:,} of {self.report.faces:,} faces have no texture coordinates: "
+                f"{format_count(self.report.unmapped, 'face')} of {self.report.faces:,} without texture "
+                "coordinates: "
                 "unwrap the mesh"
             )
         if self.flips:
@@ -192,9 +193,14 @@ class UVCheck:
         return lines
 
     def __repr__(self) -> str:
-        charts = f"{self.charts:,} chart{'s' * (self.charts != 1)}"
-        wrong = f"{self.flips:,} flipped, {format_pair_count(self.overlaps)} overlaps"
-        return f"<UVCheck of {self.report.faces:,} faces: {charts}, {wrong}, {self.fill:.0%} filled>"
+        charts = format_count(self.charts, "chart")
+        wrong = (
+            f"{self.flips:,} flipped, {format_pair_count(self.overlaps)} overlap{'s' * (self.overlaps != 1)}"
+        )
+        return (
+            f"<UVCheck of {format_count(self.report.faces, 'face')}: {charts}, {wrong}, {self.fill:.0%} "
+            "filled>"
+        )
 
     def __str__(self) -> str:
         text, sheets = align_columns(self._rows()), self.report.sheets

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..charts import Packing, find_unseen_charts, pack_charts, page_size, resolve_packing
-from ..errors import MeshError, MeshWarning, some, stack_level
+from ..errors import MeshError, MeshWarning, format_count, some, stack_level
 from ..surface import complex_positions, coordinates, vertex_array
 from .uv_charts import UVCharts
 
@@ -66,9 +66,9 @@ class PackedUV:
 
     def __str__(self) -> str:
         charts, pages = len(self.page), self.pages
-        summary = f"{charts:,} chart{'s' * (charts != 1)} on {pages} page{'s' * (pages != 1)}"
+        summary = f"{format_count(charts, 'chart')} on {format_count(pages, 'page')}"
         inside = f", {np.count_nonzero(self.unseen):,} unseen and smaller" * bool(self.unseen.any())
-        left = f", {self.unmapped:,} faces without texture coordinates" * bool(self.unmapped)
+        left = f", {format_count(self.unmapped, 'face')} without texture coordinates" * bool(self.unmapped)
         return f"{summary}, {self.fill:.0%} filled{inside}{left}"
 
 

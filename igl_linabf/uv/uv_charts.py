@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._core import common_areas, find_overlaps
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..errors import MeshError, some
+from ..errors import MeshError, format_count, some
 from ..measures import MAX_PAIRS
 from ..surface import (
     Polygons,
@@ -332,7 +332,9 @@ def _check_labels(labels: ArrayLike | None, n: int) -> NDArray[Any]:
     """Return the labels of n faces as an array; by default, all labels are 0."""
     given = np.zeros(n, dtype=np.int64) if labels is None else np.asarray(labels)
     if given.shape != (n,):
-        raise MeshError(f"labels have the shape {given.shape}: pass one for each of the {n} faces")
+        raise MeshError(
+            f"labels have the shape {given.shape}: pass one for each of the {format_count(n, 'face')}"
+        )
     return given
 
 

@@ -12,5 +12,5 @@ def check_shape(name: str, array: ArrayLike, columns: int, rows: int | None = No
     if len(shape) != 2 or shape[1] != columns:
         raise ValueError(f"{name} has the shape {tuple(shape)}: pass an Nx{columns} array")
     if rows is not None and shape[0] != rows:
-        raise ValueError(f"{name} has {shape[0]} rows in the first dimension: pass {rows}")
+        raise ValueError(f"{name} has {shape[0]:,} rows in the first dimension: pass {rows}")
     return shape[0]

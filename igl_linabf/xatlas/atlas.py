@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._types import FloatArray, IntArray
-from ..errors import some
+from ..errors import format_count, some
 from ..surface import check_finite, face_array, vertex_array
 from ..textures import find_covered_texels
 from .arrays import check_shape
@@ -134,7 +134,8 @@ class Atlas:
         bad = np.flatnonzero(((F < 0) | (len(points) <= F)).any(axis=1))
         if len(bad):
             raise RuntimeError(
-                f"faces {some(bad)} have indices that are out of range for {len(points)} vertices "
+                f"faces {some(bad)} have indices that are out of range for "
+                f"{format_count(len(points), 'vertex')} "
                 f"(face {bad[0]} is {F[bad[0]].tolist()}): correct them"
             )
         if self._given and self._has_given_uv != is_uv:
@@ -182,7 +183,7 @@ class Atlas:
         self._texels_per_unit = made.scale * made.resolution
         if verbose:
             pages = f"{self.atlas_count} x {self.width} x {self.height} texels"
-            print(f"{self.chart_count:,} charts on {pages}, {self.utilization:.0%} filled")
+            print(f"{format_count(self.chart_count, 'chart')} on {pages}, {self.utilization:.0%} filled")
 
     def get_mesh(self, mesh_index: int) -> Arrays:
         """Return the vertices, the faces and the texture coordinates of a mesh.

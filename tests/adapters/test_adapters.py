@@ -118,7 +118,7 @@ def test_trimesh_normals_and_materials_are_copied(unwrapped) -> None:
     material = trimesh.visual.material.PBRMaterial(**look, baseColorTexture=Image.new("RGB", (2, 2)))
     visual = trimesh.visual.TextureVisuals(uv=V[:, :2], material=material)
     given = trimesh.Trimesh(V, F, vertex_normals=normals, visual=visual, process=False)
-    with pytest.warns(MeshWarning, match="1 images of like were made for its old texture coordinates"):
+    with pytest.warns(MeshWarning, match="like has 1 image for its old texture coordinates"):
         mesh = adapters.to_trimesh(V, F, atlas.TC, atlas.FTC, like=given)
     assert np.array_equal(mesh.vertex_normals, normals[vertex])
     kept = mesh.visual.material

@@ -56,7 +56,7 @@ def run(capsys: pytest.CaptureFixture[str], *words: str, code: int = 0) -> dict[
     printed = capsys.readouterr()
     warnings = [line for line in printed.err.splitlines() if "lamp" in line]
     assert len(warnings) == 1
-    assert "20 faces have no texture coordinates, in lamp" in warnings[0]
+    assert "20 faces without texture coordinates, in lamp" in warnings[0]
     found = json.loads(printed.out)
     assert found["unmapped_parts"] == ["lamp"]
     return found
@@ -89,7 +89,7 @@ def test_second_coordinates_leave_the_first_ones_of_the_other_parts(
     out = scene.with_name("lit.ply")
     before = read_file(scene, partial=True)
     assert main(["unwrap", str(scene), "-o", str(out), "--texcoord", "1", "--quiet"]) == 0
-    assert "20 faces have no texture coordinates, in lamp: both sets" in capsys.readouterr().err
+    assert "20 faces without texture coordinates, in lamp: both sets" in capsys.readouterr().err
     after = read_file(out)
     owner = np.isin(after.polygons.owner, np.arange(20))
     assert np.allclose(after.TC[after.texture[owner]], list_corners(before, "ball"), atol=1e-6)
@@ -110,7 +110,7 @@ def test_charts_of_the_other_parts_are_packed(
     assert np.ptp(list_corners(mesh, "ball"), axis=0).max() > 0.9
     found = run(capsys, "check", str(out), code=1)
     assert found["check"]["unmapped"] == 20
-    assert found["troubles"] == ["20 of 40 faces have no texture coordinates: unwrap the mesh"]
+    assert found["troubles"] == ["20 faces of 40 without texture coordinates: unwrap the mesh"]
 
 
 def test_formats_with_coordinates_at_all_corners_say_so(

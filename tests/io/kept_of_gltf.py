@@ -432,7 +432,7 @@ CELLS = [
         "images of the old texture coordinates",
         "warning",
         check_old_images,
-        "1 images of its materials were made for the old texture coordinates: unwrap --bake texture",
+        "its materials have 1 image for the old texture coordinates: unwrap --bake texture",
     ),
     GLB("images of the old texture coordinates, with `--bake texture`", "kept", check_moved_images),
     GLB(

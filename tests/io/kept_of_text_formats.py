@@ -521,7 +521,7 @@ CELLS = [
         "images of materials, without a baked image",
         "warning",
         check_images("out.obj"),
-        "1 images of its materials were made for the old texture coordinates",
+        "its materials have 1 image for the old texture coordinates",
     ),
     Cell("OBJ", "OBJ", "images of materials, with `--bake texture`", "kept", check_moved_images("out.obj")),
     Cell("OBJ", "GLB", "images of materials, with `--bake texture`", "kept", check_moved_images("out.glb")),
@@ -695,7 +695,7 @@ CELLS = [
         "image references (`TextureFile`), with paths relative to the new folder",
         "warning",
         check_ply_images,
-        "1 images of its materials were made for the old texture coordinates",
+        "its materials have 1 image for the old texture coordinates",
     ),
     Cell("PLY", "OBJ", "vertex colours", "kept", check_ply_colours("out.obj")),
     Cell(

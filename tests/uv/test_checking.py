@@ -330,7 +330,7 @@ def test_faces_without_coordinates_are_counted() -> None:
     some[[3, 5]] = -1
     found = check_uv(V, F, TC, some)
     assert (found.report.unmapped, np.flatnonzero(found.report.chart < 0).tolist()) == (2, [3, 5])
-    assert "2 of 72 faces have no texture coordinates" in found.troubles[0]
+    assert "2 faces of 72 without texture coordinates" in found.troubles[0]
     with pytest.raises(MeshError, match="no face has texture coordinates"):
         check_uv(V, F, TC, np.full_like(FTC, -1))
     flat = np.vstack((F, [[0, 0, 1]]))  # a triangle without area in space
@@ -409,7 +409,7 @@ def test_the_command_counts_faces_without_coordinates(
         streams = capsys.readouterr()
         check = json.loads(streams.out)["check"]
         assert (check["unmapped"], check["faces"]) == (unmapped, faces)
-        assert f"{unmapped} of {faces} faces have no texture coordinates" in streams.err
+        assert f"{unmapped} faces of {faces} without texture coordinates" in streams.err
 
 
 def test_transforms_of_materials_are_reported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

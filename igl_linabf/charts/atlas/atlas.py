@@ -10,7 +10,7 @@ import numpy as np
 from ..._notebook import html_row, html_table, map_svg
 from ..._runtime import align_columns
 from ..._types import FloatArray, IntArray
-from ...errors import some
+from ...errors import format_count, some
 from ...flattening import Flattening
 from ...measures import Quality, format_pair_count
 from ...surface import Repair, Triangles, complex_positions, distinct_corners, signed_double_areas
@@ -58,7 +58,7 @@ class Chart:
     split_reasons: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        return f"<Chart of {len(self.faces):,} triangles: {self.result.outcome.value}>"
+        return f"<Chart of {format_count(len(self.faces), 'triangle')}: {self.result.outcome.value}>"
 
 
 @dataclass(frozen=True)
@@ -269,7 +269,7 @@ class Atlas:
 
     def __repr__(self) -> str:
         troubles = f", {len(self.troubles)} with troubles" * bool(self.troubles)
-        charts = f"{len(self.charts):,} chart{'s' * (len(self.charts) != 1)}"
+        charts = format_count(len(self.charts), "chart")
         faces = f"{'triangle' if self.report.split is None else 'face'}{'s' * (len(self.FTC) != 1)}"
         return f"<Atlas of {len(self.FTC):,} {faces}: {charts}{troubles}, {self.fill:.0%} filled>"
 
@@ -287,16 +287,16 @@ class Atlas:
         return html_row([("", picture), ("", html_table(rows) + "".join(lines))])
 
     def _lines(self) -> list[str]:
-        splits = f"{self.report.n_splits} split{'s' * (self.report.n_splits != 1)}"
+        splits = format_count(self.report.n_splits, "split")
         seams = f"{len(self.seams):,} seam edges, {self.seam_length:.4g} long"
         filled = f"{seams}; {splits}; {self.fill:.0%} of the square filled"
         matching = []
         if len(self.report.cones):
-            number = f"{len(self.report.cones)} cone{'s' * (len(self.report.cones) != 1)}"
+            number = format_count(len(self.report.cones), "cone")
             matching = [f"{number}; the sides of seams are equally long to {self.report.seam_mismatch:.0e}"]
         small = [chart.scale for chart in self.charts if chart.scale < 1]
         if small:
-            number = f"{len(small):,} chart{'s' * (len(small) != 1)}"
+            number = format_count(len(small), "chart")
             matching.append(
                 f"{number} that no ray from outside reaches, at {small[0]:.3g} of the texel density"
             )

@@ -14,7 +14,7 @@ import numpy as np
 from ..._core import side_products
 from ..._runtime import advance
 from ..._types import FloatArray
-from ...errors import MeshError, some
+from ...errors import MeshError, format_count, some
 from ...flattening import Flattening, Hole, Method, Outcome
 from ...surface import (
     NEXT,
@@ -75,7 +75,7 @@ def flatten_piece(piece: Submesh, method: Method) -> Flattening:
     """Flatten a piece. Vertices and faces of the result are numbered within the piece."""
     start, topology = perf_counter(), piece.topology
     if topology.genus or not topology.loops:
-        what = f"has {topology.genus} handle{'s' * (topology.genus > 1)}" if topology.loops else "is closed"
+        what = f"has {format_count(topology.genus, 'handle')}" if topology.loops else "is closed"
         which = f"the chart of faces {some(piece.faces)} {what}"
         raise MeshError(
             f"{which}: give more seams, or charts=ChartOptions(extend=True), which finds the remaining ones"

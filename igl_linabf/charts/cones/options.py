@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...errors import is_number, some
+from ...errors import format_count, is_number, some
 
 GivenCones = Literal["auto"] | ArrayLike
 ConeAngles = Literal["quarter"] | ArrayLike | None
@@ -89,7 +89,8 @@ def _check_sums(angles: ArrayLike, n: int) -> None:
     sums = np.asarray(angles)
     if sums.shape != (n,) or sums.dtype.kind not in "iuf":
         raise ValueError(
-            f"angles has the shape {sums.shape} for {n} cones: give a number of radians for each"
+            f"angles has the shape {sums.shape} for {format_count(n, 'cone')}: give a number of radians "
+            "for each"
         )
     bad = np.flatnonzero(~(np.isfinite(sums) & (sums > 0)))
     if len(bad):

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..._runtime import advance
 from ..._types import BoolArray, FloatArray, IntArray
 from ...angles import ClosedPath
-from ...errors import MeshError, is_number, some
+from ...errors import MeshError, format_count, is_number, some
 from ...surface import Submesh
 from ..cut_graphs import ClosedSurface
 from .constants import CONES_PER_STRETCH, MAX_QUARTERS, QUARTER_TURN
@@ -219,7 +219,8 @@ def _describe_too_few(place: ConeComponent, scale: ConeScale, beyond: int, enoug
     (vertex,) = place.component.vertices[place.vertices(scale.nodes[[beyond]])]
     help_ = "cut along seams instead: leave out cones" if enough is None else f"give at least {enough}"
     return (
-        f"{len(scale.nodes)} cones are too few for the component of faces {some(place.component.faces)}, of "
+        f"{format_count(len(scale.nodes), 'cone')} {'is' if len(scale.nodes) == 1 else 'are'} too few "
+        f"for the component of faces {some(place.component.faces)}, of "
         f"Euler characteristic {place.component.topology.characteristic}: the angle sum at vertex {vertex} "
         f"would be {angle:.4g} rad, and must be within 0 and {around} pi = {np.pi * around:.4g}: {help_}"
     )
@@ -331,7 +332,7 @@ def choose_cone_angles(
             raise MeshError(
                 f"the angles of cones at vertices {some(names)} sum to {angle.sum():.6g} rad; on a "
                 f"closed surface of Euler characteristic {component.topology.characteristic}, "
-                f"those of {len(cones)} cones have to sum to {right:.6g} (Gauss-Bonnet): "
+                f"those of {format_count(len(cones), 'cone')} have to sum to {right:.6g} (Gauss-Bonnet): "
                 f"change them by {right - angle.sum():+.6g} in all"
                 + (", or from degrees to radians" if np.isclose(np.deg2rad(angle).sum(), right) else "")
             )

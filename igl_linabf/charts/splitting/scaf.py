@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..._runtime import Arrays, run_as_child_process, run_in_child_process
 from ..._types import FloatArray
-from ...errors import FallbackWarning, MeshError, OutcomeWarning, is_number, some, stack_level
+from ...errors import FallbackWarning, MeshError, OutcomeWarning, format_count, is_number, some, stack_level
 from ...flattening import Flattening, Outcome
 from ...layouts import embed_in_circle
 from ...linalg import Solvers
@@ -96,7 +96,8 @@ def make_bijective(
     check_planar(topology, surface.vertices)
     if len(topology.loops) > 1:
         raise MeshError(
-            f"the surface has {len(topology.loops) - 1} holes: fill them first, or cut along separating_seams"
+            f"the surface has {format_count(len(topology.loops) - 1, 'hole')}: fill them first, or cut "
+            "along separating_seams"
         )
     made, trouble = separate_parts(surface.V, topology, iterations, timeout)
     if trouble:
@@ -122,7 +123,9 @@ def separate_parts(
     flips = np.count_nonzero(~(signed_double_areas(complex_positions(made), topology.corner) > 0))
     pairs = overlapping_pairs_of_chart(topology, made)
     trouble = (
-        f"{flips} faces are flipped and {len(pairs)} pairs of faces overlap after {iterations} iterations: "
+        f"{format_count(int(flips), 'flipped face')} and {format_count(len(pairs), 'pair')} of "
+        "overlapping faces "
+        f"remain after {format_count(iterations, 'iteration')}: "
         "cut the surface along separating_seams instead"
         if flips or len(pairs)
         else ""

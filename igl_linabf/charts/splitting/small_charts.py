@@ -15,6 +15,7 @@ import numpy as np
 
 from ..._core import has_overlap
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ...errors import format_count
 from ...layouts import least_squares
 from ...linalg import NotPositiveDefiniteError, Solvers
 from ...measures import measure_change, measure_qualities
@@ -228,7 +229,7 @@ class _GrowingChart:
             uv=flat,
             F=whole.F,
             angles=np.concatenate(angles)[order],
-            message=f"{chart.result.message}; {number:,} faces of small charts are joined to it",
+            message=f"{chart.result.message}; with {format_count(number, 'face')} of small charts",
             report=replace(report, repaired=np.sort(place[report.repaired])),
         )
         return key, replace(chart, faces=whole.faces, result=result), whole

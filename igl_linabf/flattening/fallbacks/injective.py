@@ -5,6 +5,7 @@ from typing import Any
 
 from ..._runtime import time_stage
 from ..._types import ComplexArray
+from ...errors import format_count
 from ...layouts import draw_to_pins, embed_in_boundary, make_injective, make_isometric, place_map
 from ...surface import Pins, flat_angles, flipped_faces, shape_is_pinned
 from ..result import Status
@@ -39,7 +40,7 @@ def injective_map(problem: Problem, earlier: StageResults) -> StageResult:
     z, missed = made.z, 0.0
     if pinned is not None and held:
         z, missed = draw_to_pins(mesh, made.z, 0.0, pinned, problem.angles.solvers)
-    how = f"igl's SLIM, {made.iterations} iterations from {made.start}"
+    how = f"igl's SLIM, {format_count(made.iterations, 'iteration')} from {made.start}"
     state = replace(last.state, at=problem.angles.at(flat_angles(z, mesh.topology.corner)))
     slim = replace(layout, z=z, method="SLIM", solver=how)
     return replace(StageResult("injective", state, layout=slim), **_report_missed_pins(missed))
@@ -63,7 +64,7 @@ def isometric_map(
     placed = replace(layout, z=made.z, method="isometric", solver=how)
     result = StageResult("isometric", state, note=note, layout=placed, flipped=flipped)
     if len(flipped):
-        detail = f"{len(flipped)} triangles are too small for double precision"
+        detail = f"{format_count(len(flipped), 'triangle')} too small for double precision"
         return replace(result, status=Status.FLIPPED, detail=detail)
     return replace(result, **_report_missed_pins(made.missed))
 

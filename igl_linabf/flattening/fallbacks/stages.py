@@ -20,7 +20,7 @@ from ...angles import (
     linear_step,
     step_and_chord,
 )
-from ...errors import FallbackWarning, SingularSystemError, some, stack_level
+from ...errors import FallbackWarning, SingularSystemError, format_count, some, stack_level
 from ...layouts import MAX_BOUNDARY_GAP, Boundary, LayoutOptions, develop_boundary, lay_out
 from ...surface import find_chords, flipped_faces
 from ..boundary_shapes import SPLIT_CHORDS_HINT
@@ -72,7 +72,7 @@ def add_layout(problem: Problem, made: StageResult, boundary: Boundary | None = 
     flips = len(flipped)
     status, detail = Status.GOOD, ""
     if flips:
-        status, detail = Status.FLIPPED, f"{flips} flipped triangle{'s' * (flips > 1)}"
+        status, detail = Status.FLIPPED, f"{format_count(flips, 'flipped triangle')}"
     return replace(made, status=status, detail=detail, layout=layout, flipped=flipped)
 
 
@@ -102,7 +102,9 @@ def solve_one_system(problem: Problem, earlier: StageResults, rtol: float | None
                 detail = f"a boundary loop fails to close by {gap:.1%} of its length"
                 return StageResult("linear step", state, Status.OPEN_LOOP, detail)
         if state.steps and (limited := state.steps[-1].limited):
-            detail = f"a full step would make an angle of {limited} triangles zero or negative"
+            detail = (
+                f"a full step would make an angle of {format_count(limited, 'triangle')} zero or negative"
+            )
             return StageResult("linear step", state.without_factors(), Status.CUT_SHORT, detail)
     reached = state.at.residual.largest <= tol
     return add_layout(problem, StageResult("linear step", state, converged=reached), boundary)
@@ -142,7 +144,8 @@ def reach_prescribed_sums(problem: Problem, earlier: StageResults, rtol: float, 
     note = "" if reached else f"the iterations did not converge within {MAX_STEPS_TO_SUMS} steps"
     whole = problem.mesh if problem.ears is None else problem.ears.whole
     if not reached and len(chords := find_chords(whole.topology)):
-        note += f" with {len(chords)} edges across, between boundary vertices: {SPLIT_CHORDS_HINT}"
+        across = format_count(len(chords), "edge")
+        note += f" with {across} across, between boundary vertices: {SPLIT_CHORDS_HINT}"
     return add_layout(problem, StageResult("active set", state, converged=reached, note=note))
 
 

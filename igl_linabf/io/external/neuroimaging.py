@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..._types import FloatArray, IntArray
-from ...errors import MeshWarning, stack_level
+from ...errors import MeshWarning, format_count, stack_level
 from ...surface import Polygons
 from ..limits import check_expansion, inflate, largest_expansion, refuse_entities
 from ..mesh_file import MeshFile
@@ -198,7 +198,10 @@ def _check_counts(data: bytes) -> None:
         n, m = (int.from_bytes(data[k : k + 3], "big") for k in (3, 6))
         needed = 9 + 3 * n * (2 if data.startswith(b"\xff\xff\xff") else 4) + 12 * m
     if needed > len(data):
-        raise Damaged(f"it has {len(data)} bytes, but {n} vertices and {m} faces need {needed}")
+        raise Damaged(
+            f"it has {len(data)} bytes, but {format_count(n, 'vertex')} and {format_count(m, 'face')} "
+            f"need {needed}"
+        )
 
 
 def _find_counts(data: bytes) -> int:

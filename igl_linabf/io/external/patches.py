@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._types import BoolArray, FloatArray, IntArray
-from ...errors import MeshError, MeshWarning, some, stack_level
+from ...errors import MeshError, MeshWarning, format_count, some, stack_level
 from ...surface import Polygons, build_topology, compact, patch_faces
 from ..mesh_file import MeshFile
 from ..parsing import Damaged
@@ -61,7 +61,8 @@ def average_surfaces(meshes: list[MeshFile]) -> MeshFile:
     for mesh in meshes[1:]:
         if mesh.V.shape != first.V.shape or not np.array_equal(mesh.polygons.corners, first.polygons.corners):
             raise MeshError(
-                f"{first.path} has {len(first.V)} vertices and {mesh.path} {len(mesh.V)}, or their faces "
+                f"{first.path} has {format_count(len(first.V), 'vertex')} and {mesh.path} {len(mesh.V)}, "
+                "or their faces "
                 "differ: they do not belong to the same hemisphere"
             )
     return replace(first, V=np.mean([mesh.V for mesh in meshes], axis=0))
@@ -117,7 +118,10 @@ def _read_rows(data: bytes) -> NDArray[Any]:
         raise Damaged("it does not begin with -1 as a big-endian integer, like a patch")
     count = int.from_bytes(data[4:8], "big")
     if len(data) != 8 + ROW_DTYPE.itemsize * count:
-        raise Damaged(f"it has {len(data)} bytes, but {count} vertices need {8 + ROW_DTYPE.itemsize * count}")
+        raise Damaged(
+            f"it has {len(data)} bytes instead of {8 + ROW_DTYPE.itemsize * count} for "
+            f"{format_count(count, 'vertex')}"
+        )
     rows = np.frombuffer(data, dtype=ROW_DTYPE, offset=8)
     vertex, occurrences = np.unique(np.abs(rows["vertex"].astype(np.int64)), return_counts=True)
     if not count or vertex[0] == 0 or (occurrences > 1).any():

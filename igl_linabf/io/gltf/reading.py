@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._types import FloatArray, IntArray
+from ...errors import format_count
 from ...surface import Polygons, distinct_corners
 from ..materials import Material, encode_srgb, make_gltf_material, parse_gltf_material
 from ..mesh_file import MeshFile
@@ -279,7 +280,7 @@ def _read_polygons(gltf: Gltf, primitive: dict[str, Any], n: int) -> Polygons:
     """Return the faces of a primitive over its own vertices."""
     index = gltf.array(primitive["indices"]).astype(np.int64) if "indices" in primitive else np.arange(n)
     if len(index) and int(index.max()) >= n:
-        raise Damaged(f"triangles refer to vertices beyond the {n} vertices of their mesh")
+        raise Damaged(f"triangles refer to vertices beyond the {format_count(n, 'vertex')} of their mesh")
     mode = primitive.get("mode", Mode.TRIANGLES)
     if mode == Mode.TRIANGLES:
         if len(index) % 3:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._types import FloatArray, IntArray
+from ...errors import format_count
 from ..parsing import Damaged
 from ..references import Folder
 from .extensions import INSTANCES
@@ -179,7 +180,9 @@ class Gltf:
         data, size = self._span(number), kind.itemsize * width
         step = self.text["bufferViews"][number].get("byteStride", size) if entry is accessor else size
         if n and (step < size or start + (n - 1) * step + size > len(data)):
-            raise Damaged(f"its buffer view {number} is too short for {n} rows of {size} bytes")
+            raise Damaged(
+                f"its buffer view {number} is too short for {format_count(n, 'row')} of {size} bytes"
+            )
         return np.ndarray((n, width), kind, data if n else b"", start if n else 0, (step, kind.itemsize))
 
     def _sparse_rows(self, number: int) -> tuple[IntArray, NDArray[Any]]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..._runtime import advance
 from ..._types import FloatArray, IntArray
-from ...errors import MeshWarning, some, stack_level
+from ...errors import MeshWarning, format_count, some, stack_level
 from ...surface import Polygons
 from ..materials import Material, read_library
 from ..mesh_file import MeshFile
@@ -95,7 +95,9 @@ def parse_obj(data: bytes, name: str) -> MeshFile:
     if len(outside):
         line = where[b"f"][outside[0]]
         raise_damaged_line(
-            int(line) + 1, raw[line], f"refers to a vertex outside the {n} vertices of the file"
+            int(line) + 1,
+            raw[line],
+            f"refers to a vertex outside the {format_count(n, 'vertex')} of the file",
         )
     unknown = sorted(line for key in where.keys() - STATEMENTS for line in where[key].tolist())
     if unknown and len(sizes):

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._types import FloatArray
-from ...errors import MeshWarning, some, stack_level
+from ...errors import MeshWarning, format_count, some, stack_level
 from ...surface import Polygons, distinct_corners
 from ..mesh_file import MeshFile
 from ..parsing import (
@@ -272,7 +272,8 @@ def _read_text_elements(data: bytes, elements: list[Element], before: int) -> di
     declared = sum(element.rows for element in elements)
     if len(rows) != declared:
         raise Damaged(
-            f"its header declares {declared} rows in total, but {len(rows)} lines follow: correct the header "
+            f"its header declares {format_count(declared, 'row')} in total, but {len(rows)} lines "
+            "follow: correct the header "
             "if no line is missing"
         )
     tables, start = {}, 0

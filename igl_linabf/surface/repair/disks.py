@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..._types import FloatArray, IntArray
-from ...errors import MeshError, some
+from ...errors import MeshError, format_count, some
 from ..arrays import vertex_indices
 from .cleaning import Cleaned, clean
 
@@ -37,7 +37,8 @@ class RepairedDisk:
         array = np.asarray(values, dtype=float)
         if array.shape != self.row.shape:
             raise MeshError(
-                f"the array has shape {array.shape}: give a value for each of {len(self.row)} vertices"
+                f"the array has shape {array.shape}: give a value for each of "
+                f"{format_count(len(self.row), 'vertex')}"
             )
         return np.asarray(array[self.cleaned.origin])
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ....errors import format_count
 from ...limits import check_expansion
 from ...parsing import Damaged, call_reader, import_optional
 from ..extensions import DRACO, MESHOPT
@@ -170,4 +171,6 @@ def _check_layout(place: str, count: int, stride: int, mode: str, filter_: str) 
         is_allowed = stride in INDEX_SIZES and filter_ == "NONE" and (mode == "INDICES" or count % 3 == 0)
     if not is_allowed:
         kind = f"{mode}, filter {filter_}"
-        raise Damaged(f"its {place} has {count} rows of {stride} bytes, which {kind} does not allow")
+        raise Damaged(
+            f"its {place} has {format_count(count, 'row')} of {stride} bytes, which {kind} does not allow"
+        )
