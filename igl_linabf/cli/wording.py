@@ -1,7 +1,7 @@
 """Name the options of the command in messages of the library, which name the parameters of its functions.
 
 Messages refer to Python in three forms, and therefore no message needs its own rule: `name=value` for a
-parameter, `ChartOptions(name=value)` for a field of an options class, and `igl_linabf.name` for a function.
+parameter, `ChartOptions(name=value)` for a field of an options class, and `igl_linabf.unwrap` for a function.
 """
 
 import re

@@ -427,7 +427,7 @@ def test_the_command_prints_the_dashboard_and_a_summary(scheduler: str, tmp_path
     printed, message = process.communicate(timeout=500)
     assert process.returncode == 0, message
     assert message.startswith("igl-linabf: dashboard at http")
-    assert printed.startswith("1 meshes: 1 valid\n1 done in ")
+    assert printed.startswith("1 mesh: 1 valid\n1 done in ")
     assert igl.read_triangle_mesh(str(tmp_path / "out/0.ply"))[1].shape[1] == 3
 
 

@@ -91,7 +91,7 @@ def test_foreign_and_missing_spheres_are_refused_by_name(subject: Path, tmp_path
     with pytest.raises(MeshError, match=r"lh\.sphere\.reg is not a sphere"):
         flatten_hemisphere(mine, "lh")
     freesurfer.write_geometry(mine / "surf" / "lh.pial", points, F)
-    with pytest.raises(MeshError, match=r"lh\.smoothwm has 2562 vertices and .*lh\.pial 10242"):
+    with pytest.raises(MeshError, match=r"lh\.smoothwm has 2,562 vertices and .*lh\.pial 10,242"):
         flatten_hemisphere(mine, "lh")
     with pytest.raises(MeshError, match=r"has no surf/lh\.fiducial, .* a FreeSurfer subject"):
         flatten_hemisphere(tmp_path, "lh")

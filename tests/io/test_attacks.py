@@ -51,7 +51,7 @@ def test_references_outside_the_folder_are_followed_if_they_are_allowed(tmp_path
     Image.new("RGB", (2, 2), (255, 0, 0)).save(outside / "red.png")
     (outside / "a.mtl").write_text("newmtl red\nKd 1 0 0\nmap_Kd red.png\n")
     obj = attacks.write_obj(folder, "mtllib ../textures/a.mtl\nusemtl red\n")
-    with pytest.warns(MeshWarning, match=r"\.\./textures/a\.mtl are outside .* --allow-outside"):
+    with pytest.warns(MeshWarning, match=r"\.\./textures/a\.mtl are outside .* allow_outside=True"):
         assert read_file(obj).extras.looks is None
     (image,) = image_maps(read_file(obj, allow_outside=True))["baseColorTexture"]
     assert image.pixels[0, 0].tolist() == [1, 0, 0]
@@ -61,7 +61,7 @@ def test_references_outside_the_folder_are_followed_if_they_are_allowed(tmp_path
     )
     text["meshes"][0]["primitives"][0]["material"] = 0
     gltf = attacks.write_gltf(folder, text)
-    with pytest.raises(MeshError, match=r"\.\./textures/red\.png leads out of .* --allow-outside"):
+    with pytest.raises(MeshError, match=r"\.\./textures/red\.png leads out of .* allow_outside=True"):
         read_file(gltf)
     command = ["unwrap", str(gltf), "-o", str(tmp_path / "out.glb"), "--quiet"]
     assert main(command) == 2

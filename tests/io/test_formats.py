@@ -160,7 +160,7 @@ endsolid
         (".stl", SOLID.replace("vertex 0 1 0\n", ""), "line 6, 'endloop', is out of place"),
         (".stl", SOLID.replace("0 1 0", "0 nan 0"), "triangles 0 have coordinates that are NaN"),
         (".stl", SOLID[:-10], "it ends in line 8, without endsolid"),
-        (".stl", "x" * 100, "its header declares 2021161080 triangles, but 0.32 follow"),
+        (".stl", "x" * 100, "its header declares 2,021,161,080 triangles, but 0.32 follow"),
         (".stl", "", "its 0 bytes are neither"),
     ],
 )
@@ -191,7 +191,7 @@ def test_bytes_after_the_triangles_of_an_stl_file_are_skipped_with_a_warning() -
     with pytest.warns(MeshWarning, match="3 bytes follow face 0"):
         mesh = parse(data + b"end", ".stl", "mesh")
     assert (mesh.V[mesh.triangles] == np.eye(3)).all()
-    with pytest.raises(MeshError, match="declares 1 triangles, but 2 follow"):
+    with pytest.raises(MeshError, match="declares 1 triangle, but 2 follow"):
         parse(data + data[-50:], ".stl", "mesh")
 
 

@@ -74,7 +74,7 @@ def test_a_warning_reports_images_on_old_second_coordinates(
     attributes["TEXCOORD_1"] = attributes["TEXCOORD_0"]
     source.write_text(json.dumps(text))
     assert main(["unwrap", str(source), "-o", str(tmp_path / "o.glb"), "--texcoord", "1", "--quiet"]) == 0
-    assert "1 images of its materials" in capsys.readouterr().err
+    assert "1 image for the old texture coordinates" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("suffix", [".glb", ".ply"])

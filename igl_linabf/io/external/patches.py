@@ -61,9 +61,8 @@ def average_surfaces(meshes: list[MeshFile]) -> MeshFile:
     for mesh in meshes[1:]:
         if mesh.V.shape != first.V.shape or not np.array_equal(mesh.polygons.corners, first.polygons.corners):
             raise MeshError(
-                f"{first.path} has {format_count(len(first.V), 'vertex')} and {mesh.path} {len(mesh.V)}, "
-                "or their faces "
-                "differ: they do not belong to the same hemisphere"
+                f"{first.path} has {format_count(len(first.V), 'vertex')} and {mesh.path} {len(mesh.V):,}, "
+                "or their faces differ: they do not belong to the same hemisphere"
             )
     return replace(first, V=np.mean([mesh.V for mesh in meshes], axis=0))
 
