@@ -35,7 +35,8 @@ def __getattr__(name: str) -> object:
 
         value: object = version("igl-linabf")
     elif name not in _IMPORTS:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{_find_home(name)}")
+        message = f"module {__name__!r} has no attribute {name!r}{_find_home(name)}"
+        raise AttributeError(message, name=name, obj=import_module(__name__))  # Python suggests similar names
     elif _IMPORTS[name] == ".":
         return import_module(f".{name}", __name__)
     else:

@@ -139,7 +139,7 @@ def can_import_bpy(python: Path) -> bool:
     if not python.exists():
         return False
     try:
-        return subprocess.run([python, "-c", "import bpy"], capture_output=True, timeout=500).returncode == 0
+        return subprocess.run([python, "-c", "import bpy"], capture_output=True, timeout=3600).returncode == 0
     except (OSError, subprocess.TimeoutExpired):
         return False
 
@@ -150,7 +150,7 @@ def build_wheel(folder: Path) -> Path:
     how = ("--no-build-isolation", "-C", "build-dir=build/{wheel_tag}") if warm else ()
     command = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", *how, "-w", str(folder), str(ROOT)]
     with lock_folder(ROOT / "build"):
-        process = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=500)
+        process = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=3600)
     if "No matching distribution found for" in process.stderr:
         pytest.skip("what builds the wheel cannot be fetched")
     assert process.returncode == 0, process.stderr

@@ -332,8 +332,8 @@ def _warn_of_added_seams(atlas: Atlas) -> None:
         warnings.warn(
             f"{len(added):,} edge{' is' if len(added) == 1 else 's are'} cut in addition to the given seams, "
             f"because of {reasons}: {some(added)}; atlas.added_seams has them. Give more seams there, "
-            "extend=True to add the shortest seams, or repair_overlaps=True to move overlapping parts apart "
-            "without a cut",
+            "extend=True to add the shortest seams, or repair_overlaps=True, which cuts overlapping parts "
+            "only if they cannot be moved apart",
             FallbackWarning,
             stacklevel=stack_level(),
         )

@@ -112,7 +112,7 @@ def site(tmp_path_factory) -> Path:
         shutil.copy(ROOT / name, folder)
     only = "sphinx_gallery_conf.filename_pattern=in_the_browser"
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", "-D", only, "docs", "html"]
-    process = subprocess.run(command, cwd=folder, capture_output=True, encoding="utf-8", timeout=500)
+    process = subprocess.run(command, cwd=folder, capture_output=True, encoding="utf-8", timeout=3600)
     assert process.returncode == 0, process.stderr
     return folder / "html"
 
@@ -131,7 +131,7 @@ def run_chromium(page: Path, folder: Path, *arguments: str) -> str:
         *arguments,
         page.as_uri(),
     ]
-    process = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=500)
+    process = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=3600)
     assert process.returncode == 0, process.stderr
     return process.stdout
 

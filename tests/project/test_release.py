@@ -39,7 +39,7 @@ HEAVY = ("numpy", "scipy", "igl", "igl_linabf._core", "shapely", "pyvista")
 def python(*arguments: str, **options: object) -> str:
     """Run Python in a new process, and return its output."""
     process = subprocess.run(
-        [sys.executable, *arguments], **{"capture_output": True, "text": True, "timeout": 500, **options}
+        [sys.executable, *arguments], **{"capture_output": True, "text": True, "timeout": 3600, **options}
     )
     assert process.returncode == 0, process.stderr
     return process.stdout
@@ -87,7 +87,7 @@ def test_a_type_checker_sees_every_name_and_no_other(tmp_path) -> None:
         cwd=tmp_path,
         capture_output=True,
         encoding="utf-8",
-        timeout=500,
+        timeout=3600,
         env={**os.environ, "MYPYPATH": str(ROOT)},
     )
     errors = [line for line in process.stdout.splitlines() if "error:" in line]
@@ -130,7 +130,7 @@ _shtab_igl_linabf igl-linabf "${{COMP_WORDS[-1]}}"
 printf '%s\\n' "${{COMPREPLY[@]}}"
 """
     process = subprocess.run(
-        ["bash", "-c", asked], cwd=tmp_path, capture_output=True, encoding="utf-8", timeout=500
+        ["bash", "-c", asked], cwd=tmp_path, capture_output=True, encoding="utf-8", timeout=3600
     )
     assert set(process.stdout.split()) == expected, process.stderr
 

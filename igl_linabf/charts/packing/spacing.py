@@ -115,7 +115,7 @@ class Packing:
         If charts cover less than this share of the page, `unwrap` cuts charts with many limbs further until
         this share is covered. Each cut must be worth its seam (see `ChartOptions.trade`). With a value below
         1, the cuts also have to make the page a quarter fuller. The default is 0.5, and 1 with a
-        `resolution`. With 0, charts are never cut for a fuller page.
+        `resolution`. With 0, charts are never cut for a fuller page. Not available with `texel_density`.
     unseen : float
         Texel density of charts that are invisible from outside, such as cavities, relative to all other
         charts: above 0, up to 1. Available in `unwrap` without cones, and in `pack`. Visibility is tested
@@ -177,6 +177,8 @@ class Packing:
         if not (pages is None or (isinstance(pages, int | np.integer) and is_number(pages, 1))):
             raise ValueError(f"pages is {pages!r}: give a whole number from 1 upwards, or None")
         if density is not None:
+            if self.cut_below is not None:
+                raise ValueError("cut_below is for pages whose scale is free: leave it or texel_density out")
             if resolution is None:
                 raise ValueError("texel_density needs a resolution: give the texels along a page's side, too")
             if not is_number(density, 0, np.finfo(float).max, above=True):

@@ -164,3 +164,8 @@ def test_invalid_page_sizes_are_refused() -> None:
     V, F = igl.icosahedron()
     with pytest.raises(ValueError, match="square page"):
         unwrap(V, F, cones=Cones("auto", angles="quarter", period=0.1), packing=Packing(resolution=(64, 32)))
+
+
+def test_pages_at_a_texel_density_cannot_be_made_fuller() -> None:
+    with pytest.raises(ValueError, match="cut_below is for pages whose scale is free"):
+        Packing(resolution=64, texel_density=8, cut_below=0.5)
