@@ -1,4 +1,4 @@
-"""Compare atlases of generated meshes by this package, xatlas, uvunwrap and Blender.
+"""Compare atlases of generated meshes by this package, xatlas, uvunwrap, Blender, PartUV and UVAtlas.
 
     python benchmarks/generated.py [--size 50k] [--seed 1] [--picture docs/images/generated.png]
 
@@ -6,10 +6,13 @@ The meshes resemble the output of generative models and scanners. Marching cubes
 fields with noise: limbs or boxes, with bumps of two sizes, and a dozen floaters and cavities. `--size`
 selects meshes of about 50,000, 150,000 or 320,000 triangles.
 
-Each atlas is made in a separate process with one thread, and MB is the peak memory of that process. Blender
-runs as an external program: its seconds are wall time, and its memory is not measured. Stretch and texels do
-not count flipped faces. Other programs are included if they are installed. Prints Markdown. With `--picture`,
-the script only draws one mesh with the seams of `unwrap` and of uvunwrap.
+Each atlas is made in a separate process with one thread, and MB is the peak memory of that process. Blender,
+PartUV and UVAtlas run as external programs: their memory is not measured, and the seconds of Blender are wall
+time. Stretch and texels do not count flipped faces. Other programs are included if they are installed; PartUV
+and UVAtlas are installed in the folder IGL_LINABF_PEERS as benchmarks/beside.py describes. Because of their
+time, they get only the meshes of up to 100,000 triangles. PartUV's charts are measured before packing: they
+have no fill, and only overlaps within charts count. Prints Markdown. With `--picture`, the script only draws
+one mesh with the seams of `unwrap` and of uvunwrap.
 """
 
 from __future__ import annotations
@@ -30,14 +33,16 @@ from time import process_time
 
 import igl
 import numpy as np
-import pyvista as pv
-from drawing import Row, draw_atlases
-from peers import Maker, ours, peers, relative_seams, unmirror
+from partuv_peer import unwrap_with_partuv
+from peers import Maker, find_peers_folder, ours, peers, relative_seams, unmirror
 from scipy.ndimage import zoom
+from uvatlas_peer import unwrap_with_uvatlas
 
 from igl_linabf import overlaps, quality
 
 SIZES = {"50k": 96, "150k": 144, "320k": 200}  # grid points along an axis
+EXTERNAL = ("Blender", "PartUV", "UVAtlas")  # programs that run in another process and report their seconds
+MAX_TRIANGLES = {"PartUV": 100_000, "UVAtlas": 100_000}  # of the largest mesh that a program gets
 KINDS, NOISES = ("blob", "box"), (0.02, 0.03)
 HEADS = (
     "charts",
@@ -76,6 +81,8 @@ def generate_mesh(
     The bumps become finer with the grid, because a generator produces more detail on a finer grid. If given,
     `bump_points` is the number of points per axis that determines the size of the bumps.
     """
+    import pyvista as pv  # here, to exclude it from the measured memory of an atlas
+
     rng, points = np.random.default_rng(seed), bump_points or n
     at = np.stack(np.meshgrid(*[np.linspace(-1, 1, n)] * 3, indexing="ij"), axis=-1)
     d = np.full((n, n, n), 10.0)
@@ -94,11 +101,20 @@ def generate_mesh(
 
 def list_makers() -> dict[str, Maker]:
     """Return the functions that make atlases: both methods of `unwrap`, and the installed programs."""
+    folder = find_peers_folder()
     mine: dict[str, Maker] = {
         "linabf": partial(ours, method="linabf"),
         "isometric": partial(ours, method="isometric"),
     }
-    return mine | peers()
+    found = mine | peers()
+    for name, environment, make in (
+        ("PartUV", "partuv", unwrap_with_partuv),
+        ("UVAtlas", "open3d", unwrap_with_uvatlas),
+    ):
+        python = folder and folder / environment / "bin" / "python"
+        if python and python.exists():
+            found[name] = partial(make, str(python))
+    return found
 
 
 def measure_peak_memory() -> float:
@@ -116,12 +132,14 @@ def measure_atlas(program: str, path: str) -> dict[str, float]:
     atlas = make(V, F)
     seconds = process_time() - start
     peak = measure_peak_memory()
-    if program == "Blender":
+    if program in EXTERNAL:
         seconds, peak = atlas.seconds, np.nan
     TC, charts, flipped = unmirror(atlas)
     q = quality(V[atlas.origin], atlas.FTC[~flipped], TC)
     fill = igl.doublearea(TC, atlas.FTC).sum() / 2 / atlas.page
-    seam, over = relative_seams(V, F, atlas.FTC), len(overlaps(atlas.TC, atlas.FTC))
+    seam, over = relative_seams(V, atlas.origin[atlas.FTC], atlas.FTC), len(overlaps(atlas.TC, atlas.FTC))
+    if program == "PartUV":
+        fill, over = np.nan, q.overlaps
     figures = charts, seam, q.stretch_l2, q.texel_spread, fill, np.count_nonzero(flipped), over, seconds, peak
     return dict(zip(HEADS, map(float, figures), strict=True))
 
@@ -146,6 +164,8 @@ def print_table(sizes: list[str], seed: int) -> None:
             np.savez(path, V=V, F=F)
             triangles.append(len(F))
             for program in rows:
+                if len(F) > MAX_TRIANGLES.get(program, len(F)):
+                    continue
                 command = [sys.executable, __file__, "--one", program, path]
                 done = subprocess.run(command, capture_output=True, encoding="utf-8", check=True, env=env)
                 rows[program].append(json.loads(done.stdout.splitlines()[-1]))
@@ -154,11 +174,9 @@ def print_table(sizes: list[str], seed: int) -> None:
                     flush=True,
                 )
     for program, measured in rows.items():
-        print(
-            format_line(
-                "median", "", program, {head: median(row[head] for row in measured) for head in HEADS}
-            )
-        )
+        if measured:
+            medians = {head: median(row[head] for row in measured) for head in HEADS}
+            print(format_line("median", f"{len(measured)} meshes", program, medians))
     for program in ("linabf", "uvunwrap"):
         if program in rows:
             pairs = zip(rows["isometric"], rows[program], strict=True)
@@ -177,6 +195,8 @@ def print_table(sizes: list[str], seed: int) -> None:
 
 def draw(path: str, seed: int) -> None:
     """Draw the first mesh with checkerboards and seams, for `unwrap` and uvunwrap."""
+    from drawing import Row, draw_atlases  # here, for the same reason as pyvista in `generate_mesh`
+
     V, F = generate_mesh(KINDS[0], SIZES["50k"], NOISES[0], seed)
     shown = {name: make for name, make in list_makers().items() if name in ("isometric", "uvunwrap")}
     atlases = {name: make(V, F) for name, make in shown.items()}

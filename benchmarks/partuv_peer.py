@@ -14,7 +14,6 @@ import igl
 import numpy as np
 from peers import TexelAtlas, run_script
 from scipy.sparse import coo_matrix
-from sklearn.cluster import AgglomerativeClustering
 
 from igl_linabf.io import read_mesh
 
@@ -50,6 +49,8 @@ np.savez(sys.argv[2], uv=whole.UV[whole.F.ravel()], corner=corner, seconds=secon
 
 def make_tree(V: np.ndarray, F: np.ndarray) -> np.ndarray:
     """Return the two children of each node; the leaves are the faces, and the last node is the root."""
+    from sklearn.cluster import AgglomerativeClustering  # here, because generated.py measures its memory
+
     neighbour = igl.triangle_triangle_adjacency(F)[0]
     face, side = np.nonzero(neighbour >= 0)
     pairs = coo_matrix((np.ones(len(face)), (face, neighbour[face, side])), shape=(len(F), len(F)))

@@ -96,7 +96,7 @@ def find_peers_folder() -> Path | None:
     """Return the folder with other programs that IGL_LINABF_PEERS names."""
     folder = os.environ.get("IGL_LINABF_PEERS")
     if folder is None:
-        print("IGL_LINABF_PEERS is not set: there is no program to compare with", file=sys.stderr)
+        print("IGL_LINABF_PEERS is not set: the programs of that folder are left out", file=sys.stderr)
         return None
     return Path(folder).resolve()
 

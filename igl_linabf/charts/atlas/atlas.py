@@ -207,9 +207,17 @@ class Atlas:
 
     @property
     def drawn(self) -> IntArray:
-        """Rows of `triangles` that can be drawn, without triangles that repeat a corner."""
-        F = self.triangles
-        return np.asarray(F[distinct_corners(F)])
+        """Rows of `triangles` that can be drawn, without triangles that repeat a corner.
+
+        Triangles that `unwrap` turned to the orientation of their neighbours are turned here, too. Thus only
+        the triangles that are flipped in their chart are clockwise.
+        """
+        F, flipped = self.triangles, np.zeros(len(self.triangles), dtype=bool)
+        for chart in self.charts:
+            flipped[chart.faces[chart.result.flipped]] = True
+        clockwise = signed_double_areas(complex_positions(self.TC), F.T) < 0
+        drawn = np.where((clockwise & ~flipped)[:, None], F[:, ::-1], F)
+        return np.asarray(drawn[distinct_corners(drawn)])
 
     @property
     def good(self) -> bool:
@@ -289,7 +297,8 @@ class Atlas:
     def _lines(self) -> list[str]:
         splits = format_count(self.report.n_splits, "split")
         seams = f"{len(self.seams):,} seam edges, {self.seam_length:.4g} long"
-        filled = f"{seams}; {splits}; {self.fill:.0%} of the square filled"
+        spread = f"texel areas 99 % : 1 % {self.quality.texel_spread:.3g}"
+        filled = f"{seams}; {splits}; {self.fill:.0%} of the square filled; {spread}"
         matching = []
         if len(self.report.cones):
             number = format_count(len(self.report.cones), "cone")

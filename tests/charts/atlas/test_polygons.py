@@ -204,6 +204,8 @@ def test_repairs_name_polygons() -> None:
     with pytest.warns(MeshWarning, match=rf"faces {len(F) - 1}\b.* are turned"):
         atlas = unwrap(V, turned, progress=False)
     assert (atlas.origin[flat(atlas.FTC)] == flat(turned)).all()
+    a, b, c = atlas.flat[atlas.drawn.T]
+    assert (np.linalg.det(np.stack((b - a, c - a), axis=-1)) > 0).all()  # pictures show no flipped face
 
 
 def test_the_split_does_not_depend_on_the_scale_and_does_not_warn() -> None:
