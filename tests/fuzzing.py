@@ -30,7 +30,7 @@ def _disk(seed: int, most: int = 250) -> meshes.Disk:
     return meshes.Disk.random(np.random.default_rng(seed), most)
 
 
-# kind: (check of a seed, number of cases among ten thousand)
+# kind of case: (function that checks the case of a seed, number of such cases among ten thousand)
 KINDS: dict[str, tuple[Callable[[int], str], int]] = {
     "`flatten`, random disks": (lambda seed: meshes.check_disk(_disk(seed)), 2500),
     '`flatten`, `method="abf"`': (lambda seed: meshes.check_disk(_disk(seed), "abf"), 700),

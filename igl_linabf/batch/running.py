@@ -414,7 +414,8 @@ def _run_tasks(client: Any, tasks: list[Task]) -> Iterator[Row]:
     """Run the tasks and yield their rows as they arrive.
 
     When a process dies, any mesh assigned to it may be the cause, or none. These meshes are therefore run
-    again one at a time. A mesh is reported as the cause after its process has died `MAX_DEATHS_ALONE` times.
+    again one at a time. A mesh is reported as the cause if its process dies in each of `MAX_DEATHS_ALONE`
+    such runs.
     """
     threads = sum(client.nthreads().values())
     suspects: list[Task] = []
@@ -436,7 +437,7 @@ def _run_tasks(client: Any, tasks: list[Task]) -> Iterator[Row]:
                 suspects.append(task)
     for task in suspects:
         limit = ", perhaps for lack of memory" if task.settings.memory else ""
-        message = f"its process died {MAX_DEATHS_ALONE} times when it had this mesh alone{limit}"
+        message = f"its process died {MAX_DEATHS_ALONE} times while it processed this mesh alone{limit}"
         yield _record_failure(task, DIED, message)
 
 

@@ -167,7 +167,7 @@ class _PieceMap:
     quality : Quality or None
         None before the quality is measured.
     cost : float
-        Increase of the angle distortion F/3nt from moving overlapping parts apart.
+        Increase of `Quality.angle_distortion` from moving overlapping parts apart.
     """
 
     result: Flattening

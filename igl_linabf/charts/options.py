@@ -16,7 +16,8 @@ from .features import Hiding
 from .packing import Packing, PackingRequest
 from .seams import TRADE, SeamSearch, check_trade
 
-# Cut pieces whose isometric map has an expected (L2 stretch - 1) above this, at the default `trade`.
+# Cut a piece if the expected L2 stretch of its isometric map exceeds 1 by more than this.
+# The value holds for the default `trade`.
 UNEVEN_STRETCH = 0.03
 MEASURED_OVER_EXPECTED = 8.0  # maximum ratio of measured to expected (L2 stretch - 1)
 
@@ -52,8 +53,8 @@ class ChartOptions:
         `max_dirichlet`, the atlas has to meet both bounds.
     repair_overlaps : bool
         If a chart overlaps itself, move its parts apart with `make_bijective` instead of splitting it, and
-        report the increase of F/3nt as `Chart.distortion_increase`. Charts with holes, and charts whose
-        stretch would increase by more than a fifth, are still split.
+        report the increase of the mean angle distortion F/3nt as `Chart.distortion_increase`. Charts with
+        holes, and charts whose stretch would increase by more than a fifth, are still split.
     labels : (#F,) int, optional
         Charts do not cross edges between faces of different labels, for example materials:
         `ChartOptions(labels=mesh.extras.materials[1])`. Within a label, charts are cut as usual.

@@ -61,12 +61,12 @@ def flatten_by_scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
             f"scp is only moved to its pins, and there are {len(pinned[0])}: pin two vertices, or use lscm"
         )
     area = mesh.double_area.sum() / 2
-    try:  # both the eigensolver of igl and the size of its result depend on the unit of length
+    try:  # scale the surface, because the results of the eigensolver depend on the unit of length
         scale = 2.0 ** np.round(np.log2(SCP_SIZE / np.sqrt(area)))
         z = complex_positions(igl.spectra.lscm(scale * mesh.V, mesh.faces))
     except RuntimeError:
         raise _no_map_error(mesh, "igl.spectra.lscm") from None
-    # the eigensolver may reverse the orientation: the sign and the order of the coordinates are arbitrary
+    # restore the orientation, which is arbitrary, like the sign and the order of the coordinates
     backwards = len(flipped_faces(z, mesh.topology.corner)) > mesh.topology.corner.shape[1] / 2
     z = z.conj() if backwards else z
     covered = signed_double_areas(z, mesh.topology.corner).sum() / 2

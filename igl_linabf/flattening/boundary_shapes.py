@@ -149,7 +149,7 @@ def _four_corners(mesh: Mesh) -> IntArray:
         chosen.append(i)
         near = np.abs((arc - arc[i] + total / 2) % total - total / 2) <= CORNER_WINDOW * total
         if np.count_nonzero(open_ & ~near) < left - 1:
-            near = np.arange(len(rim)) == i  # else too few vertices remain for further corners
+            near = np.arange(len(rim)) == i  # exclude only i, to leave enough vertices for further corners
         open_ &= ~near
     chosen = sorted(chosen)
     sides = np.diff(arc[chosen], append=arc[chosen[0]] + total)
@@ -221,7 +221,7 @@ def _chords_without_area(topology: Topology, sums: FloatArray) -> Iterator[tuple
     place[rim] = np.arange(len(rim))
     ends = np.sort(place[topology.edges[find_chords(topology)]], axis=1)
     ends = ends[ends[:, 0] >= 0]
-    # the loop may turn by up to pi at a free vertex
+    # at free vertices, assume the largest possible turning: pi
     turning = np.where(np.isnan(sums[rim]), np.pi, np.pi - sums[rim])
     before = np.concatenate(([0.0], np.cumsum(turning)))
     i, j = ends.T

@@ -203,8 +203,9 @@ def abf(
     tol : float
         The iterations end when the largest residual, and the largest relative change of an angle by another
         step, are at most `tol`, which is at least 1e-10. The iterations also end if all further steps would
-        decrease the sum by less than the share 16 tol^2. At 1e-4, F/3nt of the angles is accurate to five
-        digits, or to 1e-10. Maps whose areas differ by 20 orders of magnitude or more are less accurate.
+        decrease the sum by less than the share 16 tol^2. At 1e-4, the mean angle distortion F/3nt is accurate
+        to five digits, or to 1e-10. Maps whose areas differ by 20 orders of magnitude or more are less
+        accurate.
     threshold, guarantee, solver : see `linabf`
         As in `linabf`.
 
@@ -366,7 +367,7 @@ def linabf_angles(
     """
     method = LinABF(iterations, "auto", rtol, tol, threshold, safeguard, guarantee, solver)
     result = flatten(V, F, method=method, outer=outer)
-    # overlaps of the map are irrelevant, because only angles are returned
+    # do not warn of overlaps of the map, because only angles are returned
     return (result if result.outcome is Outcome.OVERLAPPING else _warn_if_bad(result)).angles
 
 

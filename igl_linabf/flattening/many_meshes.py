@@ -72,13 +72,16 @@ def flatten_many(
     errors: Literal["raise", "return"] = "raise",
     progress: Progress = None,
 ) -> list[Flattening] | list[Flattening | MeshError]:
-    """Flatten many meshes with the results of a loop of `flatten`, in less time.
+    """Flatten many meshes: the same results as `flatten` in a loop, in less time.
 
     Small disks share linear systems, because disks do not interact. A system is assembled, analysed and
     factored once, while each disk has its own steps, residuals and outcome. Several threads process different
-    systems, one thread per core, or as many threads as OMP_NUM_THREADS sets. Isometric maps start from the
-    maps of linear ABF. A mesh is flattened alone if it needs more than the two solves of linear ABF or starts
-    far from an isometry, if it is large or has holes or a shaped boundary, and with other methods.
+    systems: one thread per core, or the number of threads in OMP_NUM_THREADS. Isometric maps start from the
+    maps of linear ABF.
+
+    Only linear ABF and isometric maps share systems. A mesh is flattened alone if it is large, if it has
+    holes, if the shape of its boundary is prescribed, if it needs more than the two solves of linear ABF, or
+    if its isometric map starts far from an isometry.
 
     Parameters
     ----------
@@ -185,7 +188,7 @@ def _flatten_alone(mesh: object, method: Method, boundary: BoundaryName) -> Flat
     try:
         return flatten(V, F, method=method, boundary=boundary)
     except MeshError as error:
-        return error.with_traceback(None)  # a traceback keeps the arrays of its frames alive
+        return error.with_traceback(None)  # free the arrays in the frames of the traceback
 
 
 def flatten_batch(meshes: Sequence[Arrays], method: Method) -> list[Flattening | None]:

@@ -235,7 +235,7 @@ class Isometric(Method):
             results = run_stages(problem, [*_default_stages(None, TOL), injective_map])
             made = isometric_map(problem, results, self.weight, self.tol, pinned)
             if made is not None:
-                # earlier stages ignore the pins
+                # with pins, list only this stage, because earlier stages ignore the pins
                 results = (made,) if pinned is not None else (*results, made)
             return build_result(problem, self.name, results, seconds)
 

@@ -215,7 +215,7 @@ def _scale_conformally(
             assert lin.inverse is not None
             sums = constraints.sum_at_rows(constraints.topology.sum_at_vertices(surface))
             u = np.append(-lin.inverse.solve(constraints.target - sums), 0.0)[constraints.row]
-        sine = np.maximum(np.sin(surface), SMALLEST_SINE)  # side lengths up to a factor
+        sine = np.maximum(np.sin(surface), SMALLEST_SINE)  # proportional to the opposite side
         alpha, bad = rescale_triangles(constraints.topology, sine, u)
         bad |= alpha.max(axis=0) > np.maximum(LARGEST_SCALED_ANGLE, surface.max(axis=0) + LARGEST_WIDENING)
         at = angles.at(np.where(bad, angles.estimate, alpha))

@@ -316,11 +316,12 @@ def write_mesh(
     """Write a surface with texture coordinates; the suffix selects the format.
 
     OBJ has separate indices for positions and texture coordinates. Therefore the surface stays connected
-    along seams, and numbers are written exactly. PLY stores texture coordinates at vertices (`s`, `t`), or
-    as lists at the triangles (`texcoord`) if there are seams. GLB stores them at vertices only; therefore a
-    vertex is written once for each of its texture coordinates. In PLY, vertices of polygons along seams are
-    duplicated, too. Texture coordinates in PLY and all numbers in GLB are **32-bit floats** with seven
-    digits; positions in PLY are doubles. In GLB v is flipped, as glTF requires; readers flip it back.
+    along seams. Numbers in OBJ are written with all their digits and are read back exactly. PLY stores
+    texture coordinates at vertices (`s`, `t`), or as lists at the triangles (`texcoord`) if there are seams.
+    GLB stores them at vertices only; therefore a vertex is written once for each of its texture coordinates.
+    In PLY, vertices of polygons along seams are duplicated, too. Texture coordinates in PLY and all numbers
+    in GLB are **32-bit floats** with seven digits; positions in PLY are doubles. In GLB v is flipped, as glTF
+    requires; readers flip it back.
 
     Parameters
     ----------

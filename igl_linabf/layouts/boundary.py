@@ -13,7 +13,7 @@ from ..surface import complex_positions
 
 @dataclass(frozen=True, eq=False)
 class Boundary:
-    """The outer boundary loop of each disk, laid out from its angles.
+    """The outer boundary loops of independent disks, laid out in the plane.
 
     Attributes
     ----------
@@ -22,7 +22,7 @@ class Boundary:
     z : (#rim,) complex128
         Positions of `vertices`; each loop is closed.
     gaps : (#disks,) float64
-        Closure error of each loop before the correction, relative to its length.
+        Distance between the ends of each loop before it was closed, relative to the loop's length.
     """
 
     vertices: IntArray
@@ -68,7 +68,7 @@ def harmonic_map(
         return z, "none"
     weight = topology.sum_at_edges(at.cot)
     weight /= 2
-    # boundary vertices with a prescribed sum also have rows, which are not part of the Laplacian
+    # boundary vertices with prescribed sums have rows, too: replace these rows by the identity
     lower = with_identity(pattern.laplacian(weight), n)
     factored = (laplacian or pattern.analysis(solvers)).factor(lower.data)
     rhs = pattern.fixed_vertex_terms(weight, z)

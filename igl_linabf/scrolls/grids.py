@@ -15,8 +15,8 @@ def triangulate_grid(points: FloatArray, filled: BoolArray) -> tuple[IntArray, B
     """Split each grid cell with four valid points along its shorter diagonal.
 
     Return the triangles, (#F, 3), as indices into the row-major list of grid points, and a mask of the
-    triangles of cells with a filled point. Triangles are counterclockwise if columns run to the right and
-    rows run down.
+    triangles of cells with a point that was filled in. Triangles are counterclockwise if columns run to the
+    right and rows run down.
     """
     columns = points.shape[1]
     valid = np.asarray(np.isfinite(points).all(axis=2))

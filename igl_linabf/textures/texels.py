@@ -105,7 +105,8 @@ def _compute_barycentric(
         across, up = -(y[:, j] - y[:, i]) / safe, (x[:, j] - x[:, i]) / safe
         weights[:, k] = across[face] * (at_x - x[face, i]) + up[face] * (at_y - y[face, i])
     weights[:, 0] = 1 - weights[:, 1] - weights[:, 2]
-    # rounding errors may put a point on a side outside the triangle; degenerate triangles get any weights
+    # clip, because rounding errors may move points on a side out of the triangle; the weights of degenerate
+    # triangles do not matter
     np.clip(weights, 0, 1, out=weights)
     weights /= weights.sum(axis=1, keepdims=True)
     return weights

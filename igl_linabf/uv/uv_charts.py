@@ -32,7 +32,7 @@ OF_SINGLE_PRECISION = 2.0**29  # ratio of rounding errors in single precision to
 LEAST_MIRRORED_SHARE = 0.25  # share of a UV island from which a reversed part is mirrored, not flipped
 SAME_POINT_TOL = 1e-6  # points of a map within this distance are equal; relative to the largest coordinate
 PAIRS_AT_ONCE = 200_000  # number of overlapping pairs of triangles in a batch, for large stacks of charts
-MIN_STACKED_SHARE = 0.9  # minimum share of both charts' areas that stacked charts have in common
+MIN_STACKED_SHARE = 0.9  # charts are stacked if they share at least this part of the larger chart's area
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +110,8 @@ class UVCharts:
         own, uv, faces = pair[used, :3], pair[used, 3:], faces.reshape(-1, 3)
         solid = np.ones(len(faces), dtype=bool)
         if len(faces):
-            # if a file rounds coordinates to single precision, faces with collinear corners may get an area
+            # also exclude faces that have no area in space and in the map up to errors of single precision,
+            # because files may round coordinates
             in_space, in_map = own, np.pad(uv, ((0, 0), (0, 1)))
             thin, flat = (find_faces_without_area(x, faces, OF_SINGLE_PRECISION) for x in (in_space, in_map))
             solid[find_faces_without_area(own, faces)] = False

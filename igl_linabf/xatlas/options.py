@@ -34,7 +34,7 @@ class ChartOptions:
     """The chart options of xatlas. They are accepted but ignored: `unwrap` finds charts in another way.
 
     `Atlas.generate` issues one warning that names the options with other values than the defaults. Charts are
-    never mirrored, as with `fix_winding`.
+    never mirrored, as if `fix_winding` were always True.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class ChartOptions:
     max_cost : float
     max_iterations : int
     use_input_mesh_uvs : bool
-        `Atlas.add_uv_mesh` packs the charts of existing texture coordinates.
+        Use `Atlas.add_uv_mesh` instead, which packs the charts of existing texture coordinates.
     fix_winding : bool
 
     Examples
@@ -88,7 +88,8 @@ class PackOptions:
     create_image : bool
         Allow `Atlas.get_chart_image`.
     rotate_charts_to_axis, rotate_charts : bool
-        The charts of `Atlas.add_uv_mesh` are not rotated if both are False. Otherwise charts are rotated.
+        If both are False, the charts of `Atlas.add_uv_mesh` are not rotated. All other charts may be rotated
+        in any case.
 
     Examples
     --------

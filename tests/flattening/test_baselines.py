@@ -67,7 +67,7 @@ def test_the_spectral_map_has_no_pins_and_less_energy_than_lscm(name: str) -> No
     rim = np.array(igl.boundary_loop(F))
 
     def by_rim(uv: np.ndarray) -> float:
-        """Return the objective of the spectral map: conformal energy by the variance of the boundary."""
+        """Return the objective of the spectral map: conformal energy over the variance of the boundary."""
         variance = ((uv[rim] - uv[rim].mean(axis=0)) ** 2).sum()
         return conformal_energy(V, F, uv) / variance
 

@@ -32,7 +32,7 @@ def read_calls(folder: Path) -> list[str]:
 
 @pytest.fixture
 def bootstrap(tmp_path, monkeypatch) -> ModuleType:
-    """Import `scripts/bootstrap` for a temporary `.venv` with a fake Python, without network and pip."""
+    """Import `scripts/bootstrap` for a temporary `.venv` with a fake Python, without the network or pip."""
     module = script("bootstrap")
     files = {"VENV": "", "INSTALLED": "installed", "DEMO": "demo", "READY": "ready", "LOG": "cholmod.log"}
     for name, path in files.items():

@@ -94,7 +94,7 @@ def rows(corner, cot, n):
 
 
 def constraint_changes(corner, cot, e, n):
-    """Return the products M e with the vertex rows and the wheel rows."""
+    """Return the products of the vertex rows and of the wheel rows of M with the angle changes e."""
     return tuple(part @ e.ravel() for part in rows(corner, cot, n))
 
 

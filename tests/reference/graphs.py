@@ -245,7 +245,7 @@ def cut_topology(ends, faces, seam, holes, n, n_faces):
     on[:holes], on[ends[seam]] = True, True
     nodes = int(np.count_nonzero(on))
     number = int(connected_labels(ends[seam], n).max()) + 1 - (n - nodes)
-    cycles = number + len(np.unique(seam)) - nodes  # two paths that merge do not form a cycle
+    cycles = number + len(np.unique(seam)) - nodes  # by Euler's formula for the graph of the seam
     if not cycles:
         return number, cycles, np.array([n_faces])
     sides = faces.copy()

@@ -33,7 +33,8 @@ class HolonomyAngles:
     by_vertex : (#C, #paths) float64
         Derivative of the turning with respect to the angle sums of some vertices.
     cost : (#paths, #paths) float64
-        A change c of the turnings adds about c^T cost c to F/3nt, the distortion of the angles.
+        A change c of the turnings adds about c^T cost c to F/3nt, the mean squared relative change of the
+        angles.
     """
 
     angle: FloatArray
@@ -74,7 +75,7 @@ class HolonomyAngles:
             change = columns.transposed_times(np.column_stack((b.vertex, b.wheel)).ravel())
             gap = holonomy.rows.gap(b.holonomy, b.vertex) + change
             scale, turn = slice(0, None, 2), slice(1, None, 2)
-            # change of the scale along paths with the turning, if the scale is free
+            # if the scale is free: how much it changes along paths if the turning changes by 1
             closed = np.linalg.solve(schur[scale, scale], schur[scale, turn])
             size, axes = np.linalg.eigh(schur[turn, turn] - schur[turn, scale] @ closed)
             norm = (axes / np.maximum(size, HOLONOMY_ROUNDING * np.abs(schur).max())) @ axes.T

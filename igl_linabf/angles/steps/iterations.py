@@ -1,4 +1,4 @@
-"""Take sequences of steps: the linear step with its chord, and the active set of the paper (section 6)."""
+"""Sequences of steps: a linear step followed by a chord step, and the active-set iteration of the paper."""
 
 from __future__ import annotations
 
@@ -72,18 +72,18 @@ def linear_step(
 
 @dataclass(frozen=True, eq=False)
 class StepAndChord:
-    """The angles of several disks, solved in one system, after the linear step and its chord.
+    """The angles of several disks, solved in one system, after the linear step and the chord step.
 
     Attributes
     ----------
     state : State
         All disks, after the last solve.
     good : (#disks,) bool
-        Whether the solver converged for the disk without a limited step of any triangle.
+        Whether the solver converged for the disk, and no step of any of its triangles was limited.
     inner_steps : (2, #disks) int64
-        Conjugate gradient steps of the step and of the chord.
+        Numbers of conjugate gradient steps in the linear step and in the chord step.
     residuals : (3, 3, #disks) float64
-        Results of `DiskBlocks.residuals` at the start, after the step, and after the chord.
+        Results of `DiskBlocks.residuals` at the start, after the linear step, and after the chord step.
     """
 
     state: State
@@ -93,13 +93,13 @@ class StepAndChord:
 
 
 def step_and_chord(start: State, rtol: float, tol: float) -> StepAndChord:
-    """Take the linear step and its chord for each disk with a residual above `tol`.
+    """Take a linear step and a chord step for each disk with a residual above `tol`.
 
-    The chord is a second solve with the same system, without assembly or factorisation: a simplified Newton
-    step. Both are solved to the relative residual `rtol`. On a nearly developable surface, a single inner
-    step may reach `rtol` and leave most of the distortion. Therefore a single inner step has to reach `rtol`
-    squared. There is no chord after limited steps, because it would lead to far smaller angles than another
-    step.
+    The chord step is a second solve with the same system, without assembly or factorisation: a simplified
+    Newton step. Both are solved to the relative residual `rtol`. On a nearly developable surface, a single
+    inner step may reach `rtol` and leave most of the distortion. Therefore a single inner step has to reach
+    `rtol` squared. There is no chord step after a limited step, because it would lead to far smaller angles
+    than another linear step.
 
     Raises
     ------
@@ -132,7 +132,9 @@ def step_and_chord(start: State, rtol: float, tol: float) -> StepAndChord:
 
 
 def active_set(state: State, rtol: float, tol: float, most: int) -> State:
-    """Take steps with the system at the current angles until the residual is at most `tol` (section 6).
+    """Take active-set steps (section 6 of the paper) until the residual is at most `tol`.
+
+    Each step solves the linear system at the current angles.
 
     The first step only makes the loops of holes turn by -2 pi and return to their scale. Later steps also
     close the loops.

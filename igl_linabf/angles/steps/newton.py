@@ -28,8 +28,8 @@ HELD_WEIGHT = 1e-12  # weight of an angle that is fixed at its bound, relative t
 
 # Constants of feasible steps, after each of which the constraints hold
 FEASIBLE_RTOL = 0.01  # relative residual of conjugate gradients in feasible and restoration steps
-LEAST_CURVATURE = 0.2  # minimum second derivative by an angle, relative to that of the objective
-MAX_RESTORING_STEPS = 4  # maximum number of restoration steps, and of updates of fixed angles, per step
+LEAST_CURVATURE = 0.2  # lower bound of the curvature in the weights, relative to the objective's curvature
+MAX_RESTORING_STEPS = 4  # bound per feasible step on restoration steps, and on updates of fixed angles
 NEGLIGIBLE_GAIN = 1e-4  # relative decrease of the objective that is negligible, as a multiple of `tol`
 NEGLIGIBLE_CHANGE = 4.0  # relative change of the angles that is negligible, as a multiple of `tol`
 MAX_FEASIBLE_WORK = 2e7  # stop feasible steps at this work: triangles times (solves + inner steps)
@@ -208,7 +208,7 @@ def _gradient(state: State) -> FloatArray:
 
 
 def _largest_change(e: FloatArray, state: State) -> float:
-    """Return the largest relative change of an angle by the errors `e`."""
+    """Return the largest |e / alpha|: the relative change of an angle if `e` is added to the angles."""
     return float(np.abs(e / state.at.alpha).max())
 
 
@@ -269,7 +269,7 @@ def _line_search(
 def _restore_constraints(state: State, held: BoolArray, exact: float, most: int) -> State:
     """Reduce the residual to at most `exact` by corrections, then by active-set steps if needed."""
     if not held.any():
-        state = correct_conformally(state, exact)  # these corrections would change fixed angles
+        state = correct_conformally(state, exact)  # only without fixed angles, which would change
     for _ in range(most):
         if state.at.residual.largest <= exact:
             break

@@ -21,7 +21,8 @@ def iterate_to_prescribed_sums(state: State, rtol: float, tol: float, most: int)
     on circles depend on the current edge lengths. Therefore, each step aims at the predicted sums.
     """
     constraints = state.problem.constraints
-    if len(constraints.circles) > 1:  # lengths around a hole require a loop that closes
+    # close the loops of holes first, because the sums on their circles depend on edge lengths
+    if len(constraints.circles) > 1:
         fixed = replace(state.problem, constraints=replace(constraints, circles=()))
         closed = iterate_to_prescribed_sums(
             State(fixed, fixed.at(state.at.alpha), state.steps),

@@ -255,7 +255,7 @@ class HolonomyConstraints:
             try:
                 return self._bordered_solver(inner, columns, columns.schur), columns
             except NotPositiveDefiniteError:
-                pass  # the inverse is inexact, or the scales s_t differ too much
+                pass  # the approximation fails if the inverse is inexact or the scales s_t differ too much
         mixed = columns.transposed_times_border(self.B)
         return self._bordered_solver(inner, columns, self.D - mixed - mixed.T + columns.galerkin(S)), columns
 

@@ -69,7 +69,7 @@ class System:
 
     def projection(self, faces: IntArray) -> FloatArray:
         """Return the projection matrices P_t of some faces, (#faces, 3, 3)."""
-        # near an angle of pi, computing w - w^2 / d would leave only rounding errors
+        # from differences of pairs: near an angle of pi, w - w^2 / d would leave only rounding errors
         return self._from_pairs(_core.pair_weights(self.w[:, faces], self.d[faces]))
 
     def conformal(self, faces: IntArray) -> FloatArray:
@@ -93,7 +93,7 @@ class System:
         return _core.conformal_weights(w, d, cot)
 
     def rows(self, e: FloatArray) -> FloatArray:
-        """Return M e, (#rows, 2): the change of the constraints of each row by the errors e, (3, #F)."""
+        """Return M e, (#rows, 2): how the angle errors e, (3, #F), change the two constraints of each row."""
         sums = _core.constraint_changes(self.topology.corner, self.cot, e, self.topology.n)
         made = np.empty((self.constraints.n, 2))
         made[:, 0] = self.constraints.sum_at_rows(sums[0])  # vertex constraints, eq. 5

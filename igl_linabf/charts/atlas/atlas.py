@@ -39,7 +39,7 @@ class Chart:
     overlapping : int
         Number of pairs of faces that still overlap.
     distortion_increase : float
-        Increase of the angle distortion F/3nt from moving overlapping parts apart; 0 if no parts were moved.
+        Increase of `Quality.angle_distortion` from moving overlapping parts apart; 0 if no parts were moved.
     scale : float
         Texel density of the chart relative to the atlas: `Packing.unseen` if the chart is invisible from
         outside, otherwise 1.

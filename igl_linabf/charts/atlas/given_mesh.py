@@ -85,7 +85,7 @@ def _fill_rows_of_removed_faces(FTC: IntArray, chart: IntArray, F: IntArray) -> 
             same = F[t][:, None] == F[other]
             at = np.where(same.any(axis=1), same.argmax(axis=1), -1)
             at[at < 0] = at[at >= 0][0]
-            if len(set(at.tolist())) == 3:  # the face repeats its neighbour's three vertices
+            if len(set(at.tolist())) == 3:  # a duplicate of its neighbour: collapse it in the map
                 at[2] = at[1]
             FTC[t], chart[t] = FTC[other][at], chart[other]
         aside = aside[~found]

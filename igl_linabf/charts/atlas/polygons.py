@@ -61,7 +61,7 @@ def convert_seams_to_triangles(seams: ArrayLike, split: Triangles, n: int) -> Bo
             raise MeshError(
                 f"seams is a mask of {array.size} sides for {len(polygons.corners)}: pass F's shape"
             )
-        # no triangle has a side whose two ends are the same vertex
+        # sides between repeated corners are not sides of any triangle: their marks are dropped
         return np.asarray(array.ravel()[split.place] & ~split.inner)
     mask = seam_mask(array, split.F, n)
     pairs = np.sort(array.reshape(-1, 2).astype(np.int64), axis=1)

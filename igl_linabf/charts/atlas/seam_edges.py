@@ -122,7 +122,7 @@ def _find_seam_sides(polygons: Polygons, a: IntArray, s: IntArray, turns: IntArr
 
     A side is a seam unless an adjacent face has the same texture coordinates at the edge and is on the other
     side of the edge in the map. `a` and `s` number the vertices and the texture coordinates at the corners.
-    `turns` is the orientation of each face.
+    `turns` is the orientation of each face in the map: 1, -1, or 0 without area.
     """
     b, t = a[polygons.following], s[polygons.following]
     forth = a < b
@@ -161,18 +161,18 @@ def find_seams_and_mismatch(topology: Topology, TC: FloatArray, FTC: IntArray) -
 def find_texture_seam_rows(topology: Topology, texture: IntArray) -> IntArray:
     """Return the seams of texture coordinates as row indices into `topology.edges`.
 
-    `texture` has the texture coordinate at each corner, (#F, 3).
+    `texture` has the index of the texture coordinates at each corner, (#F, 3).
     """
     first, second = topology.sides_inside
     corner = np.ascontiguousarray(texture.T)
-    start, end = corner[NEXT].ravel(), corner[PREV].ravel()  # texture coordinates at half-edges
+    start, end = corner[NEXT].ravel(), corner[PREV].ravel()  # indices at both ends of each half-edge
     return np.asarray(topology.inside[(start[first] != end[second]) | (end[first] != start[second])])
 
 
 def find_seam_prices(creased: CreasedSurface, texture: IntArray) -> tuple[IntArray, FloatArray]:
     """Return the inner edges that are seams of texture coordinates, and the price of each.
 
-    `texture` has the texture coordinate at each corner, (#F, 3).
+    `texture` has the index of the texture coordinates at each corner, (#F, 3).
     """
     topology = creased.surface.topology
     rows = np.searchsorted(topology.inside, find_texture_seam_rows(topology, texture))

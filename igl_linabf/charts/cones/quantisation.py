@@ -174,6 +174,6 @@ def quantise_holonomy(path_turns: FloatArray, cost: FloatArray) -> FloatArray:
 
 
 def _distortion(path_turns: FloatArray, quarters: FloatArray, cost: FloatArray) -> FloatArray:
-    """Return the distortion F/3nt, (n,), if paths turn by `quarters` instead of `path_turns`."""
+    """Return the increase of the mean angle distortion F/3nt, (n,), if `quarters` replace `path_turns`."""
     missing = (quarters - path_turns) * QUARTER_TURN
     return np.asarray(((missing @ cost) * missing).sum(axis=1))

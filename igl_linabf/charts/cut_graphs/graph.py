@@ -19,7 +19,7 @@ from ..._core import (
 )
 from ..._types import BoolArray, FloatArray, IntArray
 
-Terminals = tuple[IntArray, IntArray, IntArray]  # three sets of nodes, one of which each path starts at
+Terminals = tuple[IntArray, IntArray, IntArray]  # three sets of nodes; one path starts in each set
 SeamTopology = tuple[int, int, int]  # numbers of components, cycles and pieces, see `build_topology`
 
 
@@ -135,22 +135,22 @@ class SurfaceGraph:
         return float(self.length[seam].sum())
 
     def pieces_of(self, seam: IntArray) -> tuple[int, int, IntArray]:
-        """Return the topology of a seam, and the sizes of the pieces that it cuts.
+        """Return the topology of a seam, and the sizes of the pieces of the surface cut along the seam.
 
         Returns
         -------
         n_components, n_cycles : int
             Numbers of components and cycles of the graph that consists of the seam's edges and the holes.
         sizes : (#pieces,) int64
-            The number of faces of each piece of the surface cut along the seam, ascending.
+            The number of faces of each piece, ascending.
         """
         return cut_topology(self.ends, self.faces, seam, self.n_holes, self.n, self.n_faces)
 
     def build_topology(self, seam: IntArray) -> SeamTopology:
-        """Return the numbers of components and cycles of the seam, and of pieces that it cuts.
+        """Return the numbers of components and cycles of a seam, and the number of pieces that it leaves.
 
-        Holes count as parts of the seam. If the pieces of one seam are disks, the pieces of all seams of the
-        same topology are disks.
+        Holes count as parts of the seam. If two seams have the same three numbers, and one of them cuts the
+        surface into disks, the other one does, too.
         """
         number, cycles, sizes = self.pieces_of(seam)
         return number, cycles, len(sizes)

@@ -31,7 +31,7 @@ class _Corridor:
     def __init__(self, closed: ClosedSurface, near: BoolArray, seam: IntArray) -> None:
         self.graph = graph = closed.graph
         _, cycles, sizes = self._pieces = graph.pieces_of(seam)
-        self.is_tree = not cycles  # moving the arcs of a tree always preserves the topology
+        self.is_tree = not cycles  # if so, moving an arc always preserves the topology
         self.has_parts = len(sizes) > 1  # whether the seam divides the surface
         self._nodes = np.flatnonzero(near)
         self.index = np.full(graph.n, -1)

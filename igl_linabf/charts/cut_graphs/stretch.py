@@ -2,11 +2,12 @@
 
 A conformal map has the scale e^u, where L u = -K and u = 0 on the seam; L is the Laplacian, K the curvature.
 
-An isometric map stretches less, because it need not preserve angles. Its strain is small and obeys linear
-elasticity: among all strains that remove the curvature, it minimises the integral of the squared strain. In
-terms of Airy's stress function, the trace w of the strain minimises the integral of w^2 subject to L w = -K
-off the seam, with arbitrary values on the seam. Thus w is u minus the harmonic part of u. The L2 stretch is
-then 1 + 3/4 of the mean of w^2.
+An isometric map stretches a surface less than a conformal map, because it need not preserve angles. Its
+strain is small and obeys linear elasticity: among all strains that remove the curvature, it minimises the
+integral of the squared strain. In terms of Airy's stress function, the trace w of the strain minimises the
+integral of w^2 subject to L w = -K off the seam, with arbitrary values on the seam. Thus w is u minus its
+orthogonal projection onto the functions that are harmonic off the seam. The L2 stretch is then 1 + 3/4 of the
+mean of w^2.
 """
 
 import numpy as np

@@ -44,7 +44,7 @@ class CreasedSurface:
 
     @property
     def label(self) -> IntArray:
-        """The component of each face."""
+        """The number of the connected component to which each face belongs."""
         return self.surface.label
 
     @cached_property
@@ -274,7 +274,7 @@ class CreasedSurface:
 
     @cached_property
     def edge_extent(self) -> FloatArray:
-        """The extent of the component that contains each inner edge."""
+        """The `extent` of the surface component to which each inner edge belongs, (#E,)."""
         return np.asarray(self.extent[self.label[self.faces[:, 0]]])
 
     @cached_property

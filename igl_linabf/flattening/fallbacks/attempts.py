@@ -222,7 +222,8 @@ def build_result(
     for made in results:
         flips = None if made.layout is None else len(made.flipped)
         attempts.append(Attempt(made.stage, made.status, flips, made.state.at.residual.largest, made.detail))
-        if best.stage not in ("injective", "isometric"):  # injective and isometric maps ignore earlier angles
+        # notes are about the iterations for target angles; injective and isometric maps have other angles
+        if best.stage not in ("injective", "isometric"):
             note = note or made.note
     outcome, message = determine_outcome(
         Findings(

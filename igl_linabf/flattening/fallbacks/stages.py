@@ -32,9 +32,9 @@ LARGEST_HOLE_GAP = 0.1  # maximum relative closure error of the loop of a hole a
 # Relative residual of the solves for the linear step, its chord step, and steps to circles.
 STEP_AND_CHORD_RTOL = 0.1
 ACTIVE_SET_RTOL = 0.01  # relative residual of the solves for steps of the active set
-CONTINUED_RTOL = 0.03  # relative residual of the solves for steps before conformal corrections
+CONTINUED_RTOL = 0.03  # maximum relative residual of the solves for steps before conformal corrections
 MAX_ACTIVE_SET_STEPS = 12
-MAX_STEPS_TO_SUMS = 25  # maximum number of steps to prescribed angle sums before converged ABF is tried
+MAX_STEPS_TO_SUMS = 25  # steps to prescribed angle sums are given up after this number of steps
 
 NO_ABF_MAP = "converged ABF has no map in double precision: this is the map of linear ABF"
 
@@ -122,7 +122,10 @@ def iterate_active_set(
 def continue_active_set(
     problem: Problem, earlier: StageResults, rtol: float | None, tol: float
 ) -> StageResult:
-    """Continue the last stage by active-set steps, which end in conformal corrections if `rtol` is None."""
+    """Continue from the angles of the last stage by active-set steps.
+
+    With the safeguard, conformal corrections reduce small residuals, unless `rtol` is given.
+    """
     state, most = earlier[-1].state, MAX_ACTIVE_SET_STEPS
     if problem.angles.safeguard:
         state = iterate_with_corrections(state, rtol, tol, most, CONTINUED_RTOL)
@@ -166,7 +169,7 @@ def run_feasible_abf(
     problem: Problem, earlier: StageResults, tol: float, residual_tol: float = 0.0
 ) -> StageResult | None:
     """Run converged ABF in its feasible form if anchored steps diverged."""
-    # flips of maps with converged angles are due to rounding
+    # do not run if angles have converged: flips of their maps are due to rounding
     if earlier[-1].status is not Status.DIVERGED or any(made.converged for made in earlier):
         return None
     state = earlier[-1].state

@@ -14,7 +14,8 @@ from ..parsing import Damaged
 from .scene import Filter, Gltf
 
 TEXTURE_TRANSFORM = "KHR_texture_transform"
-SAMPLER = "sampler"  # key under which a reference keeps the sampler of its removed texture
+# Key in a texture reference of a material. If the texture has been removed, its sampler is kept there.
+SAMPLER = "sampler"
 WRAP_MODES = {33071: "clamp", 33648: "mirror"}  # by glTF code; all other codes mean "repeat"
 
 
@@ -67,16 +68,16 @@ def find_texture_uses(text: dict[str, Any]) -> list[TextureUse]:
 
 
 def count_stale_textures(text: dict[str, Any], coordinates: int = 0) -> int:
-    """Return the number of textures that use the given, replaced set of texture coordinates."""
+    """Count the textures that use a set of texture coordinates, by default the set that is replaced."""
     return len(
         {use.holder[use.key]["index"] for use in find_texture_uses(text) if use.coordinates == coordinates}
     )
 
 
 def drop_stale_images(text: dict[str, Any]) -> None:
-    """Remove the textures and images that are only used by materials with the first texture coordinates.
+    """Remove the textures and images that materials use only with the first set of texture coordinates.
 
-    References to removed textures store their samplers, and get the index -1 until they are replaced.
+    A reference to a removed texture gets the index -1 until it is replaced, and keeps the sampler.
     """
     old = [use for use in iterate_texture_uses(text.get("materials", [])) if use.coordinates == 0]
     ids = {(id(use.holder), use.key) for use in old}
@@ -141,7 +142,7 @@ def _make_image_map(gltf: Gltf, use: TextureUse) -> ImageMap:
 
 
 def _find_image(texture: dict[str, Any]) -> int | None:
-    """Return the number of a texture's image: its glTF 2.0 image, or otherwise the image of an extension."""
+    """Return the index of a texture's glTF 2.0 image, otherwise that of an extension's image, or None."""
     sources = [texture, *texture.get("extensions", {}).values()]
     return next((source["source"] for source in sources if "source" in source), None)
 

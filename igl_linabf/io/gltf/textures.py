@@ -76,11 +76,12 @@ def add_images(
     textures = [_add_texture(text, _add_image(text, put, file, {}), SMOOTH) for file in images.maps[COLOUR]]
     for i, material in enumerate(text["materials"]):
         shading = material.get(SHADING, {})
-        shading.pop("baseColorFactor", None)  # viewers multiply the image by this factor
+        shading.pop("baseColorFactor", None)  # remove the factor, because viewers multiply the image by it
         material[SHADING] = {**shading, "metallicFactor": 0, COLOUR: {"index": textures[pages.get(i, 0)]}}
     for mesh in text["meshes"]:
         for primitive in mesh["primitives"]:
-            if "COLOR_0" in primitive["attributes"]:  # viewers ignore names that begin with an underscore
+            # hide old colours from viewers, which ignore names that begin with an underscore
+            if "COLOR_0" in primitive["attributes"]:
                 primitive["attributes"]["_COLOR_0"] = primitive["attributes"].pop("COLOR_0")
 
 
@@ -104,7 +105,8 @@ def _replace_images(
     _drop_unused_textures(text)
     known: dict[bytes, int] = {}
     for holder, key, info, page, sampler in uses:
-        if sampler is not None and images.pages > 1:  # clamping would damage pages outside the unit square
+        # without clamping, which would damage pages outside the unit square
+        if sampler is not None and images.pages > 1:
             sampler = {key_: value for key_, value in sampler.items() if key_ not in ("wrapS", "wrapT")}
         image = _add_image(text, put, images.maps[key][page], known)
         holder[key] = {**info, "index": _add_texture(text, image, sampler)}

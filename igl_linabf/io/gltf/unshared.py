@@ -18,9 +18,8 @@ def list_unshared(text: dict[str, Any], instance_count: int) -> tuple[str, ...]:
     found = [f"its {name}" for name in ("animations", "skins", "cameras") if text.get(name)]
     if len(text.get("scenes", ())) > 1:
         found.append(f"its {len(text['scenes'])} scenes")
-    if (
-        sum(bool(node.get("children")) for node in text.get("nodes", ())) > 1
-    ):  # a hierarchy with a single parent is ignored, because the parent may be just the root node
+    # do not report a hierarchy with a single parent, which may be just the root node
+    if sum(bool(node.get("children")) for node in text.get("nodes", ())) > 1:
         found.append("its node hierarchy")
     if instance_count:
         found.append(f"{instance_count} further instances of its meshes")

@@ -109,7 +109,7 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     for map_ in (mesh.TC, None if mesh.first is None else mesh.first[0]):
         if map_ is not None:
             to_single_precision(map_, "TC")  # only to warn about rounding; the result is not used
-    # readers such as trimesh discard texture coordinates without a material
+    # give faces without a material a plain one: readers such as trimesh would discard texture coordinates
     materials = [make_gltf_material(look, name) for look, name in zip(looks, material_names, strict=True)]
     materials += [make_gltf_material(Material())] * bool((material < 0).any())
     polygons = any(

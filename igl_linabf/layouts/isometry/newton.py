@@ -26,7 +26,10 @@ SHORT_OF_COLLAPSE = 0.9  # maximum step length, relative to the step that collap
 
 @dataclass(frozen=True, eq=False)
 class Springs:
-    """Springs that pull vertices to positions, with the energy sum `stiffness` |z - to|^2, (#V,) each."""
+    """Springs with given stiffnesses, (#V,), that pull vertices to the positions `to`, (#V,).
+
+    Their energy is the sum of stiffness |z - to|^2 over the vertices.
+    """
 
     stiffness: FloatArray
     to: ComplexArray

@@ -26,7 +26,7 @@ from ..convex import embed_in_circle, embed_patches
 
 SLIM_CHUNK = 5  # iterations of SLIM between two checks of the map
 MAX_SLIM_CHUNKS = 60
-SLIM_STALLED_FALL = 2e-3  # SLIM has stalled if the distortion F/3nt decreases by a smaller fraction per chunk
+SLIM_STALLED_FALL = 2e-3  # SLIM has stalled if the angle distortion decreases by a smaller fraction per chunk
 
 Place = Callable[[ComplexArray], ComplexArray]
 
@@ -43,7 +43,7 @@ class InjectiveMap:
     iterations : int
         Iterations of SLIM up to this map.
     distortion : float
-        Distortion F/3nt of the angles of the map.
+        Mean squared relative change of the angles by the map (F/3nt of the paper).
     """
 
     z: ComplexArray
@@ -58,8 +58,8 @@ def make_injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) 
     First, a valid start is found: patches of increasing width around the flipped triangles are embedded
     again. If no patch helps, the whole surface is embedded in a circle, which is valid in exact arithmetic.
     From the start, the SLIM of igl (Rabinovich et al. 2017) reduces the conformal energy sum A (s1^2 + s2^2)
-    / (2 s1 s2). The line search of SLIM flips no triangle. The map with the least distortion F/3nt is
-    returned.
+    / (2 s1 s2). The line search of SLIM flips no triangle. The map with the least angle distortion
+    F/3nt (the mean squared relative change of the angles) is returned.
 
     `place` moves maps to their final position. Flips are counted after `place`, because rounding can flip
     very small triangles. Returns None if no valid start was found.
@@ -103,7 +103,7 @@ def embed_in_boundary(
 
 
 def _lower_by_slim(mesh: Mesh, start: ComplexArray, best: InjectiveMap, place: Place) -> InjectiveMap:
-    """Run SLIM from a valid map until the distortion F/3nt stalls or rounding flips a triangle."""
+    """Run SLIM from a valid map until the angle distortion stops decreasing or rounding flips a triangle."""
     for chunk, made in enumerate(slim(mesh, start, igl.MappingEnergyType.CONFORMAL, SLIM_CHUNK), start=1):
         at = place(made)
         if not is_upright(at, mesh.topology.corner):
@@ -119,7 +119,7 @@ def _lower_by_slim(mesh: Mesh, start: ComplexArray, best: InjectiveMap, place: P
 def slim(
     mesh: Mesh, start: ComplexArray, energy: igl.MappingEnergyType, chunk: int
 ) -> Iterator[ComplexArray]:
-    """Yield the map after every `chunk` iterations of the SLIM of igl from a valid map.
+    """Run the SLIM of igl from a valid map, and yield the map after every `chunk` iterations.
 
     The surface and the start are scaled to area 1.
     """
@@ -140,7 +140,7 @@ def slim(
 
 
 def _distortion(mesh: Mesh, z: ComplexArray) -> float:
-    """Return the distortion F/3nt of the angles of a map."""
+    """Return the mean squared relative change of the angles by a map (F/3nt of the paper)."""
     alpha = corner_angles(mesh)
     return float((((flat_angles(z, mesh.topology.corner) - alpha) / alpha) ** 2).mean())
 

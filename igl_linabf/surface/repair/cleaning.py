@@ -321,7 +321,7 @@ def _needs_scaling(size: FloatArray) -> BoolArray:
 
 
 def _find_bowties(sheets: Sheets, F: IntArray) -> IntArray:
-    """Return the vertices with several fans of faces that are not on an edge where sheets were cut."""
+    """Return the vertices with several fans of faces, except vertices on edges where sheets were cut."""
     copies = np.bincount(sheets.origin)
     copies[np.concatenate((sheets.crowded, sheets.torn)).ravel()] = 0
     copies[F[sheets.twins]] = 0

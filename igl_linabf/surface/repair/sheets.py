@@ -1,7 +1,7 @@
 """Separate arbitrary triangles into sheets, which are oriented manifolds.
 
 Sides of faces are paired, and each fan of faces that the pairs connect gets its own copy of the vertex.
-Side 3 t + k runs from corner k of face t to its corner k + 1.
+A side is a half-edge of a face: side 3 t + k runs from corner k of face t to its corner k + 1.
 """
 
 from dataclasses import dataclass
@@ -76,7 +76,7 @@ def separate_sheets(V: FloatArray, F: IntArray) -> Sheets:
 
 
 def side_ends(F: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the first and the last vertex of each half-edge, (3 #F,)."""
+    """Return the first and the last vertex of each side, (3 #F,)."""
     return F.ravel(), F[:, [1, 2, 0]].ravel()
 
 
@@ -87,7 +87,7 @@ def _edge_ends(F: IntArray, links: IntArray) -> IntArray:
 
 @dataclass(frozen=True, eq=False)
 class _Edges:
-    """The sides sorted by edge, with the first position and the number of sides of each edge."""
+    """The sides sorted by edge; for each edge, the position of its first side and the number of its sides."""
 
     order: IntArray
     begin: IntArray
@@ -103,7 +103,7 @@ class _Edges:
         return self.order[begin], self.order[begin + 1]
 
     def count_faces_at_sides(self) -> IntArray:
-        """Return, for each side, the number of sides of its edge."""
+        """Return, for each side, the number of sides that share its edge."""
         number = np.empty_like(self.order)
         number[self.order] = np.repeat(self.count, self.count)
         return number
@@ -244,7 +244,8 @@ def _split_vertices(
 ) -> tuple[IntArray, IntArray]:
     """Give each fan its own vertex; return the new faces and the origin of each vertex.
 
-    `links` are pairs of sides of opposite directions. `number` is the number of sides at each side's edge.
+    `links` are pairs of sides of opposite directions. `number` has, for each side, the number of sides that
+    share its edge.
     """
     partner = np.full(F.size, -1)
     partner[links[:, 0]], partner[links[:, 1]] = links[:, 1], links[:, 0]
@@ -286,7 +287,7 @@ def _label_fans(F: IntArray, partner: IntArray, corners: IntArray) -> IntArray:
 def _find_coincident_sides(
     F: IntArray, partner: IntArray, triangle: IntArray, loose: IntArray
 ) -> IntArray | None:
-    """Return the half-edges whose start vertex must be duplicated so that no two edges have equal ends.
+    """Return the sides whose start vertex must be duplicated so that no two edges have equal ends.
 
     Edges coincide where a surface touches itself along an edge and is connected around both of its ends. Two
     free sides of opposite directions at such an edge are joined instead, which updates `partner`. `loose` are

@@ -45,7 +45,7 @@ def test_sides_that_form_no_polygon_get_arcs_proportional_to_their_lengths() -> 
 @pytest.mark.parametrize("wave", [1, 2, 3, 7])
 @pytest.mark.parametrize("hole", [False, True])
 def test_the_predicted_change_of_the_sums_is_one_wave_of_the_scale(wave: int, hole: bool) -> None:
-    """If the scale varies in k waves, the angle sums change by k - 1 times the wave; at a hole, k + 1."""
+    """If the log scale is a wave of k periods, the residual is k - 1 times the wave (k + 1 at a hole)."""
     n = 200
     angle, side = 2 * np.pi * np.arange(n) / n, 2 * np.pi / n
     scale = 1e-3 * np.cos(wave * angle + 0.4)

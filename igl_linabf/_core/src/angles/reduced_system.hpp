@@ -23,8 +23,8 @@ inline Grid<double> conformal_weights(Values w, Numbers d, Values cot) {
     });
 }
 
-// Return rho + 1 / rho of each triangle, where rho is the eigenvalue ratio of P and s K.
-// On the plane sum e = 0, the product with the pseudoinverse K+ has tr(K+ P) = (tr K tr P - tr K P) / (3/4)
+// Return rho + 1 / rho of each triangle, where rho is the ratio of the two eigenvalues of K+ P on the plane sum e = 0.
+// K+ is the pseudoinverse of the cotangent matrix K. On that plane, tr(K+ P) = (tr K tr P - tr K P) / (3/4)
 // and det(K+ P) = 4 w0 w1 w2 / d.
 inline Array<double> eigenvalue_disparity(Values w, Numbers d, Values cot) {
     return tabulate(d.size, [w = CornerRows(w), d, cot = CornerRows(cot)](Index t) {

@@ -33,7 +33,7 @@ struct CornerRows {
     void set(Index t, Triple v) const { a[t] = v.a, b[t] = v.b, c[t] = v.c; }
 };
 
-// Return the array of the values at(i) for 0 <= i < n.
+// Return an array of n values. `at(i)` returns value i.
 template <class At>
 Array<double> tabulate(Index n, const At& at) {
     Array<double> result(n);
@@ -45,7 +45,7 @@ Array<double> tabulate(Index n, const At& at) {
     return result;
 }
 
-// Return the array over corners, (3, #F), of the values at(t) for each triangle t.
+// Return an array over the corners, (3, #F). `at(t)` returns the three values of triangle t.
 template <class At>
 Grid<double> tabulate_corners(Index m, const At& at) {
     Grid<double> result(3, m);
@@ -288,22 +288,23 @@ inline auto transpose_product(Corners corner, Values cot, Numbers vertex, Number
     };
 }
 
-// Return P y, (3, #F), which sums to zero in each triangle.
+// Return P y, (3, #F). Its three values in each triangle sum to zero.
 inline Grid<double> project_errors(Values w, Numbers d, Values y) {
     return tabulate_corners(w.columns, [w = CornerRows(w), d, y = CornerRows(y)](Index t) {
         return project_triangle(w[t], d[t], y[t]);
     });
 }
 
-// Return P M^T x, (3, #F), for multipliers (n,) of the vertex and the wheel constraints.
+// Return the angle errors P M^T x, (3, #F).
+// The vector x consists of the multipliers of the vertex constraints and of the wheel constraints, (n,) each.
 inline Grid<double> errors(Corners corner, Values w, Numbers d, Values cot, Numbers vertex, Numbers wheel) {
     const auto y = transpose_product(corner, cot, vertex, wheel);
     return tabulate_corners(corner.columns,
                             [y, w = CornerRows(w), d](Index t) { return project_triangle(w[t], d[t], y(t)); });
 }
 
-// Return K M^T x, (3, #F), for multipliers (n,) of the vertex and the wheel constraints,
-// where K is the cotangent matrix of each triangle.
+// Return the angle errors K M^T x, (3, #F), where K is the cotangent matrix of each triangle.
+// The vector x consists of the multipliers of the vertex constraints and of the wheel constraints, (n,) each.
 inline Grid<double> conformal_errors(Corners corner, Values cot, Numbers vertex, Numbers wheel) {
     const auto y = transpose_product(corner, cot, vertex, wheel);
     return tabulate_corners(corner.columns,

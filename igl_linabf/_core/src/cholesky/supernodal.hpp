@@ -58,7 +58,9 @@ inline Index factor_supernodes(View<const double> data, const Supernodes& a, con
     std::vector<Index> waiting;
     for (const Index s : which) {
         const Index first = a.start[s], width = a.width(s), m = a.rows_below(s), size = width + m;
-        if (parts.number[s] >= 0 && s != root) {  // the root of a finished subtree
+        // a supernode with a number that is not `root` is the root of a subtree that has been factored: do not
+        // factor it again, and let its parent add its update matrix
+        if (parts.number[s] >= 0 && s != root) {
             if (m) waiting.push_back(s);
             continue;
         }

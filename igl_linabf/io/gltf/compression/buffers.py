@@ -66,7 +66,8 @@ class _Decoder:
                 text[key] = [name for name in text[key] if name not in self.names]
                 if not text[key]:
                     del text[key]
-        for buffer in text["buffers"]:  # a meshopt extension may mark a buffer as having no data
+        # remove the marks of meshopt extensions on buffers that have no data
+        for buffer in text["buffers"]:
             extensions = {k: v for k, v in buffer.pop("extensions", {}).items() if k not in self.names}
             buffer |= {"extensions": extensions} if extensions else {}
         text["buffers"].append({"byteLength": self.size})
