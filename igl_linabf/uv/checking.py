@@ -262,7 +262,7 @@ def check_uv(
     V: ArrayLike,
     F: ArrayLike,
     TC: ArrayLike,
-    FTC: ArrayLike,
+    FTC: ArrayLike | None = None,
     *,
     labels: ArrayLike | None = None,
     resolution: int | tuple[int, int] = CHECKED_RESOLUTION,
@@ -283,8 +283,9 @@ def check_uv(
         Any triangles or polygons.
     TC : (#TC, 2) float
         Texture coordinates.
-    FTC : in the shape of `F`
-        Rows of `TC` at the corners, as returned by `igl.readOBJ`; -1 at corners without coordinates.
+    FTC : in the shape of `F`, optional
+        Rows of `TC` at the corners, as returned by `igl.readOBJ`; -1 at corners without coordinates. By
+        default `F`, for texture coordinates at vertices.
     labels : (#F,) int or str, optional
         The image of each face, by number or name, such as `mesh.extras.materials[1]` if each material has its
         own image. Charts on different images do not overlap. By default, all faces have the same image.
@@ -326,7 +327,7 @@ def check_uv(
     >>> TC = [[0, 0], [0.5, 0], [0, 0.5], [0.1, 0], [0.6, 0], [0.1, 0.5]]
     >>> check_uv(V, F, TC, [[0, 1, 2], [0, 1, 2]]).report.stacked
     1
-    >>> check_uv(V, F, TC, F).troubles[0][:39]
+    >>> check_uv(V, F, TC).troubles[0][:39]
     '1 pair of triangles overlap by accident'
     """
     width, height = page_size(resolution)
@@ -334,7 +335,7 @@ def check_uv(
     for name, value in limits.items():
         if value is not None and not is_number(value, 0):
             raise ValueError(f"{name} is {value!r}: give a number from 0 upwards")
-    charts = UVCharts.of(V, F, TC, FTC, labels)
+    charts = UVCharts.of(V, F, TC, F if FTC is None else FTC, labels)
     if not len(charts.F):
         raise MeshError("no face has texture coordinates and an area: unwrap the mesh")
     asked = {name: float(value) for name, value in limits.items() if value is not None}
