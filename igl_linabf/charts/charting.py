@@ -54,6 +54,7 @@ MIN_PIECES_TOGETHER = 8  # from this number of pieces, all pieces are flattened 
 MAX_FACES_TOGETHER = 4_000  # of fewer pieces, the smallest are batched, with this many faces in total
 # Maximum ratio of a map's double area to its squared extent at which the map is practically a line.
 NEEDLE_AREA = 1e-13
+POINT_SIZE = 1e-13  # maximum ratio of a triangle's longest side to the map's extent at which it is a point
 MAX_TIP_FLIPS = 0.05  # up to this share of flipped faces, shrunk tips are the likely cause
 MAX_SEAM_ROUNDS = 8  # times that seams are added against flips or stretch, before a piece is halved
 MAX_SEAM_ROUNDS_WITH_MANY_FLIPS = 2  # replaces `MAX_SEAM_ROUNDS` above `MAX_TIP_FLIPS`
@@ -271,8 +272,7 @@ def _try_piece(work: _PendingPiece, rules: ChartRules, made: _PieceMap | None) -
         if parts := _cut_for_flips(piece, len(made.result.flipped), rounds[Reason.FLIPS], rules):
             return _FlattenedPiece(None, parts, Reason.FLIPS)
         made = _flatten_without_flips(piece, made, rules)
-    needle = float(piece.measured[0].sum()) <= NEEDLE_AREA * extent(made.result.uv) ** 2
-    if needle and (parts := bisect(piece)):
+    if _exceeds_double_precision(piece, made.result) and (parts := bisect(piece)):
         return _FlattenedPiece(None, parts, Reason.THIN)
     if len(made.pairs):
         made, parts = _resolve_overlaps(piece, made, rounds[Reason.OVERLAP], rules)
@@ -323,6 +323,14 @@ def _flatten_without_flips(piece: Submesh, made: _PieceMap, rules: ChartRules) -
         stacklevel=stack_level(),
     )
     return _flatten_single_piece(piece, replace(rules, method=surer))
+
+
+def _exceeds_double_precision(piece: Submesh, result: Flattening) -> bool:
+    """Return True if a map is practically a line, or if flipped triangles have shrunk to points."""
+    size, corners = extent(result.uv), result.uv[piece.F[result.flipped]]
+    is_line = float(piece.measured[0].sum()) <= NEEDLE_AREA * size**2
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    return is_line or bool((longest <= POINT_SIZE * size).any())
 
 
 def _resolve_overlaps(

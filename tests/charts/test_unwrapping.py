@@ -14,6 +14,7 @@ import igl
 import numpy as np
 import pytest
 import trimesh
+from carried import tube
 from commands import run
 from conftest import CLOSED, ROOT, load, read_pixels
 from holed_surfaces import plate_with_comb, slotted_plate
@@ -187,6 +188,15 @@ def test_a_disk_beyond_double_precision_is_cut_open(name: str, charts: int) -> N
     atlas = unwrap(V, F, method="linabf", weld=False, packing=ROOMY)
     assert atlas.good
     assert len(atlas.charts) <= charts
+
+
+def test_a_map_beyond_double_precision_is_cut_into_few_charts_without_seams() -> None:
+    V, F = tube(50.0)
+    assert len(flatten(V, F).flipped) > len(F) / 10
+    with pytest.warns(OutcomeWarning), pytest.warns(FallbackWarning, match="limits of double precision"):
+        atlas = unwrap(V, F, np.zeros((0, 2), dtype=int), method="linabf")
+    assert atlas.quality.flips == atlas.quality.overlaps == 0
+    assert len(atlas.charts) <= 6
 
 
 @pytest.mark.parametrize(
