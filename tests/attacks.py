@@ -422,12 +422,20 @@ ENTITIES = '<!DOCTYPE a [<!ENTITY a "aaaaaaaaaa">{}]>'.format(
 )
 
 
-def gifti(data: str, encoding: str = "ASCII", rows: int = 12, doctype: str = "") -> bytes:
+def gifti(
+    data: str,
+    encoding: str = "ASCII",
+    rows: int = 12,
+    doctype: str = "",
+    name: str = "",
+    dimensions: int = 2,
+    more: str = "",
+) -> bytes:
     def array(intent: str, kind: str, text: str) -> str:
         return (
-            f'<DataArray Intent="NIFTI_INTENT_{intent}" DataType="NIFTI_TYPE_{kind}" '
-            f'ArrayIndexingOrder="RowMajorOrder" Dimensionality="2" Dim0="{rows}" Dim1="3" '
-            f'Encoding="{encoding}" Endian="LittleEndian" ExternalFileName="" ExternalFileOffset="">'
+            f'<DataArray {more}Intent="NIFTI_INTENT_{intent}" DataType="NIFTI_TYPE_{kind}" '
+            f'ArrayIndexingOrder="RowMajorOrder" Dimensionality="{dimensions}" Dim0="{rows}" Dim1="3" '
+            f'Encoding="{encoding}" Endian="LittleEndian" ExternalFileName="{name}" ExternalFileOffset="">'
             f"<Data>{text}</Data></DataArray>"
         )
 
@@ -444,12 +452,31 @@ register_attack("GIFTI: arrays of 10^9 rows")(write("a.surf.gii", gifti("0 0 0",
 register_attack("GIFTI: arrays that decompress to 268 MB")(
     write("a.surf.gii", gifti(base64.b64encode(BOMB).decode(), "GZipBase64Binary"))
 )
+register_attack("GIFTI: arrays of 10^9 rows after an attribute with >")(
+    write("a.surf.gii", gifti("0 0 0", rows=10**9, more='A=">" '))
+)
+register_attack("GIFTI: 10^11 dimensions")(write("a.surf.gii", gifti("0 0 0", dimensions=10**11)))
+for how, text in (("between other characters", "!{}"), ("in CDATA", "<![CDATA[{}]]>"), ("beside", "<a/>{}")):
+    register_attack(f"GIFTI: arrays that decompress to 268 MB, {how}")(
+        write("a.surf.gii", gifti(text.format(base64.b64encode(BOMB).decode()), "B64GZ"))
+    )
+for how in LEADING_OUT:
+    if "%" not in LEADING_OUT[how]:
+
+        @register_attack(f"GIFTI: an array outside, {how}")
+        def array_outside(folder: Path, how: str = how) -> Path:
+            name = write_secret_beside(folder, "secret.dat", how)
+            return write("a.surf.gii", gifti("", "ExternalFileBinary", name=name))(folder)
+
+
 register_attack("GIFTI: a text that decompresses to 1 GB")(
     lambda folder: write("a.surf.gii.gz", gzip.compress(gifti(" " * 2**28), 9) * 4)(folder)
 )
 
 
-def vtp(points: int = 12, width: int = 3, doctype: str = "", data: str = "", form: str = "ascii") -> bytes:
+def vtp(
+    points: int | str = 12, width: int | str = 3, doctype: str = "", data: str = "", form: str = "ascii"
+) -> bytes:
     numbers = data or " ".join(map(str, V.ravel().tolist()))
     corners, ends = " ".join(map(str, F.ravel().tolist())), " ".join(map(str, range(3, 61, 3)))
     packed = ' compressor="vtkZLibDataCompressor"' if form == "binary" else ""
@@ -468,6 +495,12 @@ register_attack("VTP: a plain file", "right")(write("a.vtp", vtp()))
 register_attack("VTP: entities")(write("a.vtp", vtp(doctype=ENTITIES, data="&m;")))
 register_attack("VTP: 10^9 points")(write("a.vtp", vtp(points=10**9)))
 register_attack("VTP: 10^9 components")(write("a.vtp", vtp(width=10**9)))
+for number in ("1000000000x", " 1000000000", "+1000000000", "1&#48;00000000"):
+    register_attack(f"VTP: {number} points")(write("a.vtp", vtp(points=number)))
+    register_attack(f"VTP: {number} components")(write("a.vtp", vtp(width=number)))
+register_attack("VTP: 10^9 components in UTF-16")(
+    write("a.vtp", vtp(width=10**9).decode().replace('"1.0"?', '"1.0" encoding="UTF-16"?').encode("utf-16"))
+)
 for blocks in ((1, 2**31, 0, 9), (2**30, 2**15, 0, 9), (2, 2**32 - 1, 1, 9)):
     register_attack(f"VTP: {blocks[0]} compressed blocks of {blocks[1]} bytes")(
         write("a.vtp", vtp(data=base64.b64encode(struct.pack("<4I", *blocks)).decode(), form="binary"))

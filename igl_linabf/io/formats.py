@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from errno import EEXIST
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -77,10 +76,15 @@ BYTE_READERS: dict[str, Callable[[bytes, str], MeshFile]] = {
     ".stl": lambda data, _: parse_stl(data),
 }
 FREESURFER_SUFFIXES = (".pial", ".white", ".inflated", ".smoothwm", ".orig", ".sphere", ".surf")
-PATH_READERS: dict[str, Callable[[Path], MeshFile]] = {
-    ".3mf": parse_3mf,
+# Readers of formats with references to other files; they have the option `allow_outside`.
+REFERRING_READERS: dict[str, Callable[[Path, bool], MeshFile]] = {
+    ".glb": parse_gltf,
+    ".gltf": parse_gltf,
     ".gii": parse_gifti,
     ".gii.gz": parse_gifti,
+}
+PATH_READERS: dict[str, Callable[[Path], MeshFile]] = {
+    ".3mf": parse_3mf,
     ".vtp": parse_vtp,
     **dict.fromkeys(FREESURFER_SUFFIXES, parse_freesurfer),
 }
@@ -96,7 +100,7 @@ SUFFIX_OF_MAGIC = {
     FREESURFER_MAGIC: ".surf",
     b"\x1f\x8b": ".gii.gz",
 }
-READABLE_SUFFIXES = (*BYTE_READERS, *GLTF_SUFFIXES, *PATH_READERS, *PATCH_SUFFIXES)
+READABLE_SUFFIXES = (*BYTE_READERS, *REFERRING_READERS, *PATH_READERS, *PATCH_SUFFIXES)
 # Formats whose writer reproduces the file that was read.
 LOSSLESS_SOURCES: dict[str, type] = {".obj": ObjText, ".ply": PlyTables, ".glb": GltfFile, ".gltf": GltfFile}
 # Formats whose writer makes a new file, and copies the format-specific contents that `kept` lists.
@@ -170,13 +174,11 @@ def parse_file(
         raise ValueError(f"{path} is not a patch, and contains its own surface: leave out the surface")
     if suffix in BYTE_READERS:
         return parse(path.read_bytes(), suffix, str(path))
-    read = PATH_READERS.get(suffix, parse_freesurfer)
-    if suffix in GLTF_SUFFIXES:
-        read = partial(parse_gltf, allow_outside=allow_outside)
+    refers, read = REFERRING_READERS.get(suffix), PATH_READERS.get(suffix, parse_freesurfer)
     try:
-        return read(path)
+        return refers(path, allow_outside) if refers else read(path)
     except Damaged as damage:
-        what = "FreeSurfer" if read is parse_freesurfer else suffix[1:].upper()
+        what = suffix[1:].upper() if refers or read is not parse_freesurfer else "FreeSurfer"
         raise MeshError(f"{path} cannot be read as {what}: {damage}") from None
 
 

@@ -11,7 +11,7 @@ from PIL import Image
 
 from igl_linabf import MeshError, MeshWarning
 from igl_linabf.cli import main
-from igl_linabf.io import image_maps, read_file
+from igl_linabf.io import image_maps, read_file, write_file
 
 pytest.importorskip("resource", reason="limits of a process are POSIX's")
 
@@ -68,6 +68,29 @@ def test_references_outside_the_folder_are_followed_if_they_are_allowed(tmp_path
     assert main([*command, "--allow-outside"]) == 0
     (image,) = image_maps(read_file(tmp_path / "out.glb"))["baseColorTexture"]
     assert image.pixels[0, 0].tolist() == [1, 0, 0]
+
+
+def test_arrays_in_files_beside_a_gifti_file_are_read_and_written_into_the_new_file(tmp_path: Path) -> None:
+    pytest.importorskip("nibabel")
+    (tmp_path / "data").mkdir()
+    vertices = attacks.V32.tobytes()
+    faces = attacks.F.astype("<i4").tobytes()
+    (tmp_path / "data" / "a.dat").write_bytes(vertices + faces)
+    text = attacks.gifti("", "ExternalFileBinary", name="data/a.dat").decode()
+    points, triangles = text.split("</DataArray>")[:2]
+    triangles = triangles.replace('Dim0="12"', 'Dim0="20"').replace('Offset=""', f'Offset="{len(vertices)}"')
+    triangles = triangles.replace("</Data>", "</Data></DataArray>")
+    further = points[points.index("<DataArray") :].replace("POINTSET", "SHAPE") + "</DataArray>"
+    path = tmp_path / "a.surf.gii"
+    path.write_text(f"{points}</DataArray>{triangles}{further}</GIFTI>")
+    mesh = read_file(path)
+    assert (mesh.V == attacks.V32).all()
+    assert (mesh.triangles == attacks.F).all()
+    (tmp_path / "new").mkdir()
+    with pytest.warns(MeshWarning, match="does not keep the positions"):
+        write_file(tmp_path / "new" / "out.surf.gii", mesh, mesh.V[:, :2])
+    shape = importlib.import_module("nibabel").load(tmp_path / "new" / "out.surf.gii").darrays[2]
+    assert (shape.data == attacks.V32).all()
 
 
 def test_links_between_folders_inside_are_followed(tmp_path: Path) -> None:

@@ -4,13 +4,13 @@ import base64
 import binascii
 import copy
 import gzip
-import re
 import warnings
 from contextlib import suppress
 from dataclasses import dataclass
 from math import prod
 from pathlib import Path
 from typing import Any
+from xml.parsers.expat import ExpatError, ParserCreate
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from ...surface import Polygons
 from ..limits import check_expansion, inflate, largest_expansion, refuse_entities
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras, call_reader, import_optional
+from ..references import Folder
 from ..vertex_splits import make_flat_surface, to_single_precision
 from .checked_meshes import make_checked_mesh_file
 
@@ -27,10 +28,8 @@ POINTS, TRIANGLES = "NIFTI_INTENT_POINTSET", "NIFTI_INTENT_TRIANGLE"
 COLOURS = ("NIFTI_INTENT_RGB_VECTOR", "NIFTI_INTENT_RGBA_VECTOR")
 METADATA, LABELS, ARRAYS = "its metadata", "its labels", "its other data arrays"
 TRIANGLE_FILE_MAGIC = b"\xff\xff\xfe"  # FreeSurfer's triangle surfaces; two lines of text follow
-GZIP_MAGIC, ZLIB_MAGIC = b"\x1f\x8b", b"\x78"
-GIFTI_DATA_PATTERN = re.compile(rb"<Data[^>A]*>")
-GIFTI_ARRAY_PATTERN = re.compile(rb"<DataArray([^>]*)>")
-GIFTI_SIZE_PATTERN = re.compile(rb"""Dim\d+\s*=\s*["'](\d{1,18})["']""")
+GZIP_MAGIC = b"\x1f\x8b"
+MAX_DIMENSIONS = 6  # of an array, by the specification of GIFTI
 VOLUME = "the volume that it was made from"
 
 
@@ -50,11 +49,13 @@ class FreeSurferFile:
     kept: tuple[str, ...] = (VOLUME,)
 
 
-def parse_gifti(path: Path) -> MeshFile:
+def parse_gifti(path: Path, allow_outside: bool = False) -> MeshFile:
     """Read the surface of a GIFTI file, with the suffix .gii or, if compressed, .gii.gz."""
     nibabel = import_optional("nibabel")
-    _check_gifti(path)
+    _check_gifti(path, Folder(path.parent, allow_outside))
     image = call_reader(nibabel.load, path)
+    for array in image.darrays:  # the arrays that are kept are written into the file itself
+        array.encoding, array.ext_fname = nibabel.gifti.util.gifti_encoding_codes.code["B64GZ"], ""
     try:
         (points,) = image.get_arrays_from_intent(POINTS)
         (triangles,) = image.get_arrays_from_intent(TRIANGLES)
@@ -84,23 +85,70 @@ def parse_gifti(path: Path) -> MeshFile:
     )
 
 
-def _check_gifti(path: Path) -> None:
-    """Raise `Damaged` if a GIFTI file, or one of its arrays, becomes too large after decompression."""
+def _check_gifti(path: Path, folder: Folder) -> None:
+    """Raise an error if nibabel would read files outside the folder, or take much more memory than the file.
+
+    Raises
+    ------
+    Damaged
+        The text or the arrays would become too large, or an array has fewer sizes than dimensions.
+    MeshError
+        The data of an array are in a file outside the folder.
+    """
     data = path.read_bytes()
     limit, size = largest_expansion(len(data)), len(data)
     if data.startswith(GZIP_MAGIC):
         data = inflate(data, limit, "its text")
     refuse_entities(data)
-    for start in (found.end() for found in GIFTI_DATA_PATTERN.finditer(data)):
-        text = data[start : data.find(b"<", start)].strip()
-        if text[:1].isalpha():  # zlib data in base64; uncompressed data begin with a number
-            with suppress(binascii.Error):  # nibabel reports invalid base64
-                packed = base64.b64decode(text)
-                if packed[:1] == ZLIB_MAGIC:
+    for attributes, texts in _list_gifti_arrays(data):
+        encoding = attributes.get("Encoding", "GZ").upper()  # GZipBase64Binary by default, as in nibabel
+        if "EXT" in encoding and (file := folder.find(attributes.get("ExternalFileName", ""))):
+            size += file.stat().st_size
+        for text in texts if "GZ" in encoding else ():
+            with suppress(binascii.Error, ValueError):  # nibabel reports invalid base64
+                if packed := base64.b64decode(text):
                     limit -= len(inflate(packed, limit, "an array"))
-    for dimensions in GIFTI_ARRAY_PATTERN.findall(data):
-        sizes = [int(n) for n in GIFTI_SIZE_PATTERN.findall(dimensions)]
+        try:
+            dimensions = int(attributes.get("Dimensionality", 0))
+            sizes = [int(attributes[f"Dim{i}"]) for i in range(min(dimensions, MAX_DIMENSIONS))]
+        except (KeyError, ValueError):
+            raise Damaged("the sizes of an array are missing, or are not numbers") from None
+        if not 0 <= dimensions <= MAX_DIMENSIONS:
+            raise Damaged(f"an array has {dimensions:,} dimensions: GIFTI has 1 to {MAX_DIMENSIONS}")
         check_expansion(8 * prod(sizes), size, "an array")
+
+
+def _list_gifti_arrays(data: bytes) -> list[tuple[dict[str, str], list[str]]]:
+    """Return the attributes of each data array, and the pieces of text in its elements `Data`.
+
+    nibabel decodes each piece separately; a piece ends where an element begins or ends.
+    """
+    arrays: list[tuple[dict[str, str], list[list[str]]]] = [({}, [[]])]
+    depth = 0  # number of open elements `Data`
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        depth += name == "Data"
+        if name == "DataArray":
+            arrays.append((attributes, []))
+        arrays[-1][1].append([])
+
+    def end(name: str) -> None:
+        nonlocal depth
+        depth -= name == "Data"
+        arrays[-1][1].append([])
+
+    def add(text: str) -> None:
+        if depth:
+            arrays[-1][1][-1].append(text)
+
+    parser = ParserCreate()
+    parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, add
+    try:
+        parser.Parse(data, True)
+    except ExpatError as error:
+        raise Damaged(f"its XML is damaged ({error})") from None
+    return [(attributes, list(filter(str.strip, map("".join, texts)))) for attributes, texts in arrays[1:]]
 
 
 def _get_other_arrays(image: Any) -> list[Any]:

@@ -4,33 +4,46 @@ import base64
 import binascii
 import re
 from collections.abc import Iterator
-from typing import Literal
+from typing import Literal, NamedTuple
+from xml.parsers.expat import ExpatError, ParserCreate
 
 from ..limits import check_expansion, refuse_entities
 from ..parsing import Damaged
 
 VALUE_BYTES = 8  # VTK's largest number type has 8 bytes
-COUNT_PATTERN = re.compile(rb"""NumberOf(?:Points|Verts|Lines|Strips|Polys|Tuples)\s*=\s*["'](\d+)["']""")
-WIDTH_PATTERN = re.compile(rb"""NumberOfComponents\s*=\s*["'](\d+)["']""")
-ARRAY_PATTERN = re.compile(rb"<(?:Data)?Array\b([^>]*)>")
-ATTRIBUTE_PATTERN = re.compile(rb"""(\w+)\s*=\s*["']([^"']*)["']""")
-APPENDED_PATTERN = re.compile(rb"<AppendedData([^>]*)>\s*_")
+COUNTS = [f"NumberOf{what}" for what in ("Points", "Verts", "Lines", "Strips", "Polys", "Tuples")]
+ARRAYS = ("DataArray", "Array")
+NUMBER_PATTERN = re.compile(r"\s*\+?(\d+)")  # VTK ignores what follows the digits
 MAX_DIGITS = 18  # maximum number of decimal digits of a size that a file announces
+
+
+class _Element(NamedTuple):
+    """The start of an XML element; `content` is the position after its tag, where VTK looks for data."""
+
+    name: str
+    attributes: dict[str, str]
+    content: int
+
+    def number(self, attribute: str, default: int = 0) -> int:
+        """Return the number at the beginning of an attribute, or the default if there is none."""
+        found = NUMBER_PATTERN.match(self.attributes.get(attribute, ""))
+        if found is not None and len(found[1]) > MAX_DIGITS:
+            raise Damaged("it announces a number of more than 18 digits")
+        return default if found is None else int(found[1])
 
 
 def check_announced_sizes(data: bytes) -> None:
     """Raise `Damaged` if announced sizes are out of proportion to the file, or XML entities are declared."""
     refuse_entities(data)
-    size = len(data)
-    width = max(_parse_numbers(WIDTH_PATTERN.findall(data)), default=1)
-    values = sum(_parse_numbers(COUNT_PATTERN.findall(data))) * max(width, 1)
+    size, elements = len(data), _list_elements(data)
+    width = max((element.number("NumberOfComponents", 1) for element in elements), default=1)
+    values = sum(element.number(count) for element in elements for count in COUNTS) * max(width, 1)
     check_expansion(VALUE_BYTES * values, size, "its points and cells")
-    (head,) = re.findall(rb"<VTKFile\b([^>]*)>", data[:10_000])[:1] or [b""]
-    attributes = dict(ATTRIBUTE_PATTERN.findall(head))
-    word = 8 if attributes.get(b"header_type") == b"UInt64" else 4
-    order: Literal["big", "little"] = "big" if attributes.get(b"byte_order") == b"BigEndian" else "little"
-    is_compressed = bool(attributes.get(b"compressor"))
-    for header in _iterate_headers(data, 3 * word if is_compressed else word):
+    root = elements[0].attributes
+    word = 8 if root.get("header_type") == "UInt64" else 4
+    order: Literal["big", "little"] = "big" if root.get("byte_order") == "BigEndian" else "little"
+    is_compressed = bool(root.get("compressor"))
+    for header in _iterate_headers(data, elements, 3 * word if is_compressed else word):
         numbers = [int.from_bytes(header[k : k + word], order) for k in range(0, len(header), word)]
         if not is_compressed and numbers[0] > size:
             raise Damaged(f"an array announces {numbers[0]:,} bytes, but the file has {size:,}")
@@ -41,22 +54,38 @@ def check_announced_sizes(data: bytes) -> None:
             check_expansion((blocks + 1) * block_bytes if blocks else 0, size, "an array")
 
 
-def _parse_numbers(texts: list[bytes]) -> list[int]:
-    if any(len(text) > MAX_DIGITS for text in texts):
-        raise Damaged("it announces a number of more than 18 digits")
-    return [int(text) for text in texts]
+def _list_elements(data: bytes) -> list[_Element]:
+    """Return the elements of a file up to its appended data."""
+    elements, parser = list[_Element](), ParserCreate()
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        content = data.find(b">", parser.CurrentByteIndex) + 1
+        elements.append(_Element(name, attributes, content))
+        if name == "AppendedData":
+            raise StopIteration  # the binary data that follow are no XML
+
+    parser.StartElementHandler = start
+    try:
+        parser.Parse(data, True)
+    except StopIteration:
+        pass
+    except ExpatError as error:
+        raise Damaged(f"its XML is damaged ({error})") from None
+    return elements
 
 
-def _iterate_headers(data: bytes, length: int) -> Iterator[bytes]:
+def _iterate_headers(data: bytes, elements: list[_Element], length: int) -> Iterator[bytes]:
     """Yield the first `length` bytes of each binary array, which announce its size."""
-    appended = APPENDED_PATTERN.search(data)
-    for found in ARRAY_PATTERN.finditer(data, 0, len(data) if appended is None else appended.start()):
-        attributes = dict(ATTRIBUTE_PATTERN.findall(found[1]))
-        start, is_raw = found.end(), False
-        if attributes.get(b"format") == b"appended" and appended is not None:
-            start = appended.end() + sum(_parse_numbers([attributes.get(b"offset", b"0") or b"0"]))
-            is_raw = b"base64" not in appended[1]
-        elif attributes.get(b"format") != b"binary":
+    last = elements[-1]
+    appended = last if last.name == "AppendedData" else None
+    for element in elements:
+        start, is_raw = element.content, False
+        if element.name not in ARRAYS:
+            continue
+        if element.attributes.get("format") == "appended" and appended is not None:
+            start = data.find(b"_", appended.content) + 1 + element.number("offset")
+            is_raw = appended.attributes.get("encoding") == "raw"
+        elif element.attributes.get("format") != "binary":
             continue
         header = data[start : start + length]
         if not is_raw:
