@@ -40,8 +40,8 @@ def laplacian(name: str, times: int) -> tuple[int, sparse.csc_array]:
     (mesh,) = (mesh for mesh in load_shared_meshes("disk") if mesh[0] == name)
     surface = planar_mesh(*split_triangles(mesh, times)[1:])
     constraints = build_constraints(surface.topology)
-    iterate = Iterate.of(constraints, corner_angles(surface))
-    return len(surface.double_area), constraints.pattern.laplacian(
+    iterate = Iterate.from_angles(constraints, corner_angles(surface))
+    return len(surface.double_area), constraints.pattern.build_laplacian(
         surface.topology.sum_at_edges(iterate.cot) / 2
     )
 
@@ -72,7 +72,7 @@ def print_measurement(name: str, times: int, solver: str, repeat: int) -> None:
 def count_entries(lower: sparse.csc_array, solver: str) -> int:
     """Return the number of entries of the factor, including zeros within supernodes."""
     if solver == "auto":
-        return Cholesky(lower.indptr, lower.indices).bytes // 8
+        return Cholesky(lower.indptr, lower.indices).memory_bytes // 8
     from sksparse import cholmod
 
     return cholmod.cholesky(sparse.csc_matrix(lower), mode="simplicial", ordering_method="amd").L().nnz

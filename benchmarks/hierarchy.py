@@ -41,7 +41,7 @@ class ProblemAtAngles(Problem):
     @property
     def start(self):
         state = super().start
-        return replace(state, at=self.angles.at(self.angles_given))
+        return replace(state, at=self.angles.evaluate(self.angles_given))
 
 
 def restart(V: np.ndarray, F: np.ndarray, method: ABF | LinABF, solution: Flattening) -> Flattening:

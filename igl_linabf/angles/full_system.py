@@ -54,7 +54,7 @@ def fan_rows(
     (#rows, 3 #F) sparse array
     """
     row = constraints.row[constraints.topology.corner]
-    most = constraints.n if most is None else most
+    most = constraints.n_rows if most is None else most
     k, t = np.nonzero((row >= 0) & (row < most))
     j = (k + which) % 3
     return sparse.csr_array((values[j, t], (row[k, t], 3 * t + j)), shape=(most, values.size))
@@ -89,7 +89,7 @@ def interior_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_arr
 
 def _interleave_rows(constraints: Constraints) -> IntArray:
     """Return the permutation of vertex rows and wheel rows that makes the two rows of a vertex adjacent."""
-    rows, wheels = np.arange(constraints.n), np.arange(constraints.wheels)
+    rows, wheels = np.arange(constraints.n_rows), np.arange(constraints.wheels)
     return np.argsort(np.concatenate((2 * rows, 2 * wheels + 1)))
 
 
@@ -142,7 +142,7 @@ def least_norm(
     return errors
 
 
-def full_step(constraints: Constraints, alpha: FloatArray) -> FloatArray:
+def take_full_system_step(constraints: Constraints, alpha: FloatArray) -> FloatArray:
     """Compute one step of linear ABF with the full system.
 
     Parameters

@@ -103,7 +103,7 @@ def take_newton_step(problem: Problem, earlier: StageResults) -> StageResult:
     """
     state, constraints = problem.start, problem.angles.constraints
     alpha, b = state.at.alpha, state.at.residual
-    if constraints.n:
+    if constraints.n_rows:
         cot = 1 / np.tan(alpha)
         half = np.exp(-b.wheel / 2)  # sqrt(prod sin(beta) / prod sin(gamma))
         left, right = (fan_rows(constraints, cot, which) for which in (Corner.LEFT, Corner.RIGHT))
@@ -114,8 +114,8 @@ def take_newton_step(problem: Problem, earlier: StageResults) -> StageResult:
         except NotPositiveDefiniteError:
             raise _no_map_error(problem.mesh, "the Newton step of ABF++") from None
         e = errors(np.concatenate((b.vertex, 1 / half - half, b.triangle)))
-        at = problem.angles.at(alpha + e.reshape(-1, 3).T)
-        state = replace(state, at=at, steps=(Step("step", 0, 0, at.residual.largest),))
+        at = problem.angles.evaluate(alpha + e.reshape(-1, 3).T)
+        state = replace(state, at=at, steps=(Step("step", 0, 0, at.residual.max_magnitude),))
     return add_layout(problem, StageResult("linear step", state))
 
 

@@ -17,7 +17,7 @@ from ..angles import (
     build_constraints,
     initial_estimate,
     limit_obtuse_angles,
-    step_and_chord,
+    take_step_and_chord,
 )
 from ..layouts import MAX_BOUNDARY_GAP, develop_boundary, flatten_isometrically, harmonic_map
 from ..linalg import NotPositiveDefiniteError, Solvers
@@ -80,8 +80,12 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
         estimate = initial_estimate(topology, alpha, method.threshold)
     with time_stage("assembly"):
         constraints = build_constraints(topology)
-        problem = AngleProblem(constraints, estimate, solvers, side_by_side=DiskBlocks.of(constraints, disks))
-    stepped = step_and_chord(State(problem, problem.start), method.rtol or STEP_AND_CHORD_RTOL, method.tol)
+        problem = AngleProblem(
+            constraints, estimate, solvers, side_by_side=DiskBlocks.from_disks(constraints, disks)
+        )
+    stepped = take_step_and_chord(
+        State(problem, problem.initial_iterate), method.rtol or STEP_AND_CHORD_RTOL, method.tol
+    )
     at, lin = stepped.state.at, stepped.state.lin
     with (
         time_stage("layout"),
@@ -128,8 +132,8 @@ def isometric_maps(
     except NotPositiveDefiniteError:
         return
     alpha, constraints = flat_angles(z, corner), build_constraints(disks.topology)
-    at = Iterate.of(constraints, alpha)
-    after = DiskBlocks.of(constraints, disks).residuals(at.residual).T
+    at = Iterate.from_angles(constraints, alpha)
+    after = DiskBlocks.from_disks(constraints, disks).residuals(at.residual).T
     scale = signed_double_areas(z, corner) / disks.double_area
     ratio = bounded_ratio(faces.max(scale), faces.min(scale))
     uv, angles = coordinates(z), np.ascontiguousarray(alpha.T)

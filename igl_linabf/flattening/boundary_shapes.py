@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
-from ..angles import inscribed_sums
+from ..angles import compute_inscribed_sums
 from ..errors import MeshError, format_count, some
 from ..surface import Mesh, Topology, find_chords, vertex_indices
 from .constants import BOUNDARY_TOL
@@ -67,7 +67,7 @@ def resolve_shape(mesh: Mesh, boundary: BoundaryName | ArrayLike, corners: Array
         circles = tuple(range(1 if name == "circle" else len(topology.loops)))
         for i in circles:
             length = np.log(_lengths(mesh, i))
-            sums[topology.loops[i]] = inscribed_sums(length - np.roll(length, 1), i > 0)
+            sums[topology.loops[i]] = compute_inscribed_sums(length - np.roll(length, 1), i > 0)
         shape = Shape(name, sums, circles)
     elif name == "rectangle":
         at = _four_corners(mesh) if corners is None else _given_corners(mesh, corners)

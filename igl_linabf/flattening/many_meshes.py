@@ -289,7 +289,7 @@ def _results_of_batch(
                 steps=steps,
                 gap=gap[k],
                 layout="boundary",
-                solver=stepped.state.how if steps else "none",
+                solver=stepped.state.solver_name if steps else "none",
                 layout_solver=solver,
             ),
         )

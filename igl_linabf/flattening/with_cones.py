@@ -17,7 +17,6 @@ from ..angles import (
     Linearisation,
     State,
     System,
-    active_set,
     build_constraints,
     corner_angles,
     initial_estimate,
@@ -25,6 +24,7 @@ from ..angles import (
     iterate_with_corrections,
     limit_obtuse_angles,
     rescale_triangles,
+    run_active_set,
     step_from_surface,
     step_with_known_factor,
 )
@@ -142,7 +142,7 @@ def flatten_with_cones(
 
     with stopwatch(*STAGES) as seconds:
         safeguard = method.safeguard if isinstance(method, LinABF) else True
-        known = known if Solvers(method.solver).shared else None
+        known = known if Solvers(method.solver).allows_shared_factors else None
         asked = build_constraints(uncut, sums, paths, left_out=None if known is None else known.left_out)
         options = ProblemOptions(method.layout, method.threshold, method.solver, safeguard)
         problem = initial_problem(cut, options, uncut=asked)
@@ -159,9 +159,9 @@ def _known_linearisation(angles: AngleProblem, known: KnownLaplacian) -> Lineari
     """Return a linearisation that preconditions a step from the estimate, if its factor is known."""
     if known.inverse is None:
         return None
-    system = System(angles.constraints, angles.estimate, cot=angles.start.cot)
-    analysis = angles.constraints.pattern.analysis(angles.solvers)
-    return Linearisation.with_factor(angles, system, analysis, known.inverse)
+    system = System(angles.constraints, angles.estimate, cot=angles.initial_iterate.cot)
+    analysis = angles.constraints.pattern.get_analysis(angles.solvers)
+    return Linearisation.from_factor(angles, system, analysis, known.inverse)
 
 
 def _with_holonomy(problem: Problem, begun: State, prescribed: PrescribedHolonomy) -> tuple[Problem, State]:
@@ -177,7 +177,7 @@ def _with_holonomy(problem: Problem, begun: State, prescribed: PrescribedHolonom
         after = step_with_known_factor(begun, ROUGH_RTOL)
         holonomy = HolonomyAngles.measure(after.at, problem.angles.constraints.paths, prescribed.vertices)
         angles, _ = _with_chosen_sums(problem.angles, prescribed, holonomy)
-        state = State(angles, angles.at(after.at.alpha), after.steps, after.lin)
+        state = State(angles, angles.evaluate(after.at.alpha), after.steps, after.lin)
         return replace(problem, angles=angles), state
     angles, log_scale = _with_chosen_sums(problem.angles, prescribed, holonomy)
     start = _scale_conformally(angles, surface, log_scale, lin)
@@ -192,7 +192,7 @@ def _with_chosen_sums(
     asked = angles.constraints.sums.copy()
     changed = np.full(len(asked), np.nan)
     asked[prescribed.vertices] = changed[prescribed.vertices] = sums
-    constraints = angles.constraints.prescribe(asked, wanted)
+    constraints = angles.constraints.replace_targets(asked, wanted)
     with time_stage("assembly"):
         estimate = initial_estimate(
             constraints.topology, angles.estimate, to_triangles=angles.safeguard, sums=changed
@@ -218,7 +218,7 @@ def _scale_conformally(
         sine = np.maximum(np.sin(surface), SMALLEST_SINE)  # proportional to the opposite side
         alpha, bad = rescale_triangles(constraints.topology, sine, u)
         bad |= alpha.max(axis=0) > np.maximum(LARGEST_SCALED_ANGLE, surface.max(axis=0) + LARGEST_WIDENING)
-        at = angles.at(np.where(bad, angles.estimate, alpha))
+        at = angles.evaluate(np.where(bad, angles.estimate, alpha))
     return State(angles, at, lin=lin)
 
 
@@ -250,9 +250,9 @@ def _iterate_from(
     state = iterate_with_corrections(begun, rtol, tol, MAX_ACTIVE_SET_STEPS)
     if only and is_diverging(state):
         raise DivergedError(
-            f"steps lead to angle sums {state.at.residual.largest:.2g} away from the given ones"
+            f"steps lead to angle sums {state.at.residual.max_magnitude:.2g} away from the given ones"
         )
-    reached = state.at.residual.largest <= tol
+    reached = state.at.residual.max_magnitude <= tol
     note = "" if reached else f"the iterations did not converge within {MAX_ACTIVE_SET_STEPS} steps"
     return add_layout(problem, StageResult("active set", state, converged=reached, note=note))
 
@@ -262,9 +262,9 @@ def _with_matching_sides(
 ) -> StageResult | None:
     """Run a stage, followed by active-set steps until both sides of the seam match."""
     made = stage(problem, earlier)
-    if made is None or made.layout is None or made.state.at.residual.largest <= TOL:
+    if made is None or made.layout is None or made.state.at.residual.max_magnitude <= TOL:
         return made
-    state = active_set(made.state, ACTIVE_SET_RTOL, TOL, MAX_STEPS_TO_SEAMS)
-    converged = made.converged and state.at.residual.largest <= tol
+    state = run_active_set(made.state, ACTIVE_SET_RTOL, TOL, MAX_STEPS_TO_SEAMS)
+    converged = made.converged and state.at.residual.max_magnitude <= tol
     matching = add_layout(problem, replace(made, state=state, converged=converged))
     return made if len(matching.flipped) > len(made.flipped) else matching

@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import _core
 from .._types import ComplexArray, FloatArray, IntArray
-from ..angles import Constraints, Iterate, Residual, central_angles, with_identity
+from ..angles import Constraints, Iterate, Residual, compute_central_angles, replace_rows_by_identity
 from ..linalg import Analysis, Solvers
 from ..surface import complex_positions
 
@@ -45,7 +45,7 @@ def develop_boundary(constraints: Constraints, b: Residual) -> Boundary:
         turning = np.where(free, turning, np.pi - asked)
     z, gaps = _core.develop_loops(start, turning, log_ratio, free if free.any() else ~free)
     if circle:
-        z = np.exp(1j * np.append(0.0, np.cumsum(central_angles(log_ratio))[:-1]))
+        z = np.exp(1j * np.append(0.0, np.cumsum(compute_central_angles(log_ratio))[:-1]))
     return Boundary(vertices, z, gaps)
 
 
@@ -69,8 +69,8 @@ def harmonic_map(
     weight = topology.sum_at_edges(at.cot)
     weight /= 2
     # boundary vertices with prescribed sums have rows, too: replace these rows by the identity
-    lower = with_identity(pattern.laplacian(weight), n)
-    factored = (laplacian or pattern.analysis(solvers)).factor(lower.data)
+    lower = replace_rows_by_identity(pattern.build_laplacian(weight), n)
+    factored = (laplacian or pattern.get_analysis(solvers)).factor(lower.data)
     rhs = pattern.fixed_vertex_terms(weight, z)
     rhs[n:] = 0.0
     z[topology.interior] = complex_positions(factored.solve(rhs)[:n])

@@ -206,7 +206,7 @@ def layout(
     topology = with_outer_loop(topology, first)
     pinned = pins(b, bc, vertices, n)
     constraints = build_constraints(topology)
-    at, options = Iterate.of(constraints, alpha), LayoutOptions(method, pinned)
+    at, options = Iterate.from_angles(constraints, alpha), LayoutOptions(method, pinned)
     made = lay_out(constraints, at, options, Solvers(solver))
     return scatter(coordinates(made.z), vertices, n)
 

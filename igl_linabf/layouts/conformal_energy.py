@@ -24,7 +24,7 @@ def least_squares(
     row[free] = np.arange(np.count_nonzero(free))
     pattern = Pattern(topology, row, int(np.count_nonzero(free)))
     a, b = topology.edges.T
-    i, j = pattern.ends
+    i, j = pattern.edge_rows
     weight = topology.sum_at_edges(cot) / 2
     entry = -weight + 0.5j * (topology.sides[1] < 0)  # the mesh is on the left of the edge
     z = np.zeros(topology.n, dtype=np.complex128)
@@ -32,10 +32,12 @@ def least_squares(
     if not free.any():
         return z, "none"
     rhs = [
-        pattern.row_sums(i, part(entry * z[b])) + pattern.row_sums(j, part(entry.conj() * z[a]))
+        pattern.sum_at_rows(i, part(entry * z[b])) + pattern.sum_at_rows(j, part(entry.conj() * z[a]))
         for part in (np.real, np.imag)
     ]
-    lower = pattern.hermitian(entry, pattern.row_sums(i, weight) + pattern.row_sums(j, weight))
+    lower = pattern.build_hermitian_matrix(
+        entry, pattern.sum_at_rows(i, weight) + pattern.sum_at_rows(j, weight)
+    )
     factored = solvers.factor(lower)
     z[free] = solve_complex(factored, -rhs[0] - 1j * rhs[1])
     return z, factored.name

@@ -86,7 +86,7 @@ def _convex_combination(
     row[free] = np.arange(n_free)
     pattern = Pattern(topology, row, n_free)
     held = np.where(free, 0, z)
-    lower = pattern.laplacian(weight)
+    lower = pattern.build_laplacian(weight)
     try:
         factored = solvers.factor(lower)
     except NotPositiveDefiniteError:

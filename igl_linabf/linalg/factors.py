@@ -74,7 +74,7 @@ class Cholesky(Analysis):
         self._symbolic = _core.Symbolic(indptr, indices, block)
 
     @property
-    def bytes(self) -> int:
+    def memory_bytes(self) -> int:
         """Memory that a factor takes, in bytes."""
         return self._symbolic.bytes
 
@@ -85,7 +85,7 @@ class Cholesky(Analysis):
         return Factor(self.name, made.solve)
 
 
-def real_form(values: ComplexArray) -> FloatArray:
+def to_real_form(values: ComplexArray) -> FloatArray:
     """Convert the lower triangle of a Hermitian matrix to real 2 by 2 blocks, (#entries, 4).
 
     The entry a + i b below the diagonal becomes the block [[a, b], [-b, a]] of the upper triangle.
@@ -94,7 +94,7 @@ def real_form(values: ComplexArray) -> FloatArray:
 
 
 def solve_complex(factor: Factor, b: ComplexArray) -> ComplexArray:
-    """Solve for complex right-hand sides, (n,) or (n, k), with the factor of a `real_form`."""
+    """Solve for complex right-hand sides, (n,) or (n, k), with the factor of a `to_real_form`."""
     parts = np.stack((b.real, b.imag), axis=1)
     x = factor.solve(parts.reshape(2 * len(b), *b.shape[1:])).reshape(parts.shape)
     return np.asarray(x[:, 0] + 1j * x[:, 1])

@@ -14,9 +14,9 @@ FILL = 4.5  # entries of the factor of a planar n by n Laplacian / (n log2(n)), 
 MIN_QUERIED_BYTES = 2**25  # query the free memory only for larger allocations
 
 
-def free_memory() -> int | None:
+def available_memory() -> int | None:
     """Return the number of bytes that this process can still allocate, or None if it is unknown."""
-    limits = [psutil.virtual_memory().available, _free_in_cgroup()]
+    limits = [psutil.virtual_memory().available, _available_in_cgroup()]
     if sys.platform != "win32":
         import resource
 
@@ -38,7 +38,7 @@ def factor_bytes(n: int, block: int = 1) -> int:
 
 def has_free_memory(wanted: int) -> bool:
     """Return True if `wanted` bytes are free."""
-    free = None if wanted <= MIN_QUERIED_BYTES else free_memory()
+    free = None if wanted <= MIN_QUERIED_BYTES else available_memory()
     return free is None or wanted <= free
 
 
@@ -53,8 +53,8 @@ def check_memory(faces: int, factor: int, holes: int = 0, rows: int = 0) -> None
         fill = "fill small holes, " if holes else ""
         raise MemoryLimitError(
             f"{what} take about {format_gigabytes(wanted)}, but only "
-            f"{format_gigabytes(free_memory() or 0)} are free: {fill}decimate the mesh (igl.qslim), cut it "
-            "into parts (igl_linabf.cut), or use a machine with more memory"
+            f"{format_gigabytes(available_memory() or 0)} are free: {fill}decimate the mesh (igl.qslim), cut "
+            "it into parts (igl_linabf.cut), or use a machine with more memory"
         )
 
 
@@ -63,7 +63,7 @@ def format_gigabytes(n: int) -> str:
     return f"{n / 2**30:.2g} GiB"
 
 
-def _free_in_cgroup() -> int | None:
+def _available_in_cgroup() -> int | None:
     """Return how many bytes the control group (version 2 or 1) of this process can still use, if limited."""
     for limit, used in (
         ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),

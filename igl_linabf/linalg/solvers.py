@@ -12,7 +12,7 @@ from .._types import IntArray
 from ..errors import MemoryLimitError
 from . import memory
 from .cholmod import HOW_TO_GET, Cholmod, has_cholmod
-from .factors import Analysis, Cholesky, Factor, real_form
+from .factors import Analysis, Cholesky, Factor, to_real_form
 
 SolverName = Literal["auto", "cholmod", "direct"]
 
@@ -38,7 +38,7 @@ class Solvers:
             raise ImportError(f"solver='cholmod' needs scikit-sparse, which is not installed: {HOW_TO_GET}")
 
     @property
-    def shared(self) -> bool:
+    def allows_shared_factors(self) -> bool:
         """Whether the default solver is used, so that factors of other computations may be reused."""
         return self.solver == "auto"
 
@@ -65,12 +65,12 @@ class Solvers:
         return made(indptr, indices, block)
 
     def factor(self, lower: sparse.csc_array) -> Factor:
-        """Analyse and factor a matrix given by its lower triangle; a complex matrix in its `real_form`.
+        """Analyse and factor a matrix given by its lower triangle; a complex matrix in its `to_real_form`.
 
         Raises
         ------
         MemoryLimitError, NotPositiveDefiniteError
         """
         if np.iscomplexobj(lower.data):
-            return self.analyse(lower.indptr, lower.indices, 2).factor(real_form(lower.data))
+            return self.analyse(lower.indptr, lower.indices, 2).factor(to_real_form(lower.data))
         return self.analyse(lower.indptr, lower.indices).factor(lower.data)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from .._types import BoolArray, FloatArray, IntArray
 from ..charts import UDIM_ROW, page_size
 from ..errors import MemoryLimitError, MeshError, format_count, is_number
-from ..linalg import format_gigabytes, free_memory, has_free_memory
+from ..linalg import available_memory, format_gigabytes, has_free_memory
 from .coordinates import Coordinates, MappedTriangles
 from .texels import Rows, Size, Texels, find_boundary_texels, find_covered_texels, find_nearest_known
 
@@ -131,7 +131,7 @@ def check_image_memory(size: Size, number: int, channels: int) -> None:
         each = "" if number == 1 else f"{number} images of "
         raise MemoryLimitError(
             f"baking {each}{size[0]} x {size[1]} texels takes about {format_gigabytes(wanted)}, but only "
-            f"{format_gigabytes(free_memory() or 0)} are free: use a smaller resolution"
+            f"{format_gigabytes(available_memory() or 0)} are free: use a smaller resolution"
         )
 
 

@@ -169,7 +169,7 @@ def test_the_blocks_of_a_block_diagonal_matrix_are_factored_independently() -> N
         x = made.factor(lower.data).solve(b)
         assert x.shape == b.shape
         np.testing.assert_allclose(A @ x, b, rtol=0, atol=1e-12)
-    fill = made.bytes / 8  # including the explicit zeros of relaxed supernodes
+    fill = made.memory_bytes / 8  # including the explicit zeros of relaxed supernodes
     assert fill < 1.5 * linalg.splu(A, permc_spec="MMD_AT_PLUS_A").L.nnz
     first, last = 1 + 126 + 70, 1 + 126 + 70 + 900
     lower.data[lower.indptr[first + 450]] *= -1

@@ -41,7 +41,7 @@ else:
 @pytest.fixture
 def bytes_free(monkeypatch):
     def limit(count: int) -> None:
-        monkeypatch.setattr(memory, "free_memory", lambda: count)
+        monkeypatch.setattr(memory, "available_memory", lambda: count)
         monkeypatch.setattr(memory, "MIN_QUERIED_BYTES", 0)
 
     return limit
@@ -93,7 +93,7 @@ def test_the_memory_limit_of_the_process_is_respected(limit: int, says: str) -> 
 
 
 def test_free_memory_does_not_exceed_total_memory() -> None:
-    free = memory.free_memory()
+    free = memory.available_memory()
     assert free is not None
     assert 2**26 < free < 2**46
 
@@ -103,7 +103,7 @@ def test_free_memory_does_not_exceed_total_memory() -> None:
 def test_the_estimated_size_of_a_factor_is_a_tight_upper_bound(side: int, block: int) -> None:
     n = side * side
     pattern = Pattern(planar_topology(igl.triangulated_grid(side, side)[1], np.arange(n)), np.arange(n), n)
-    taken = Cholesky(pattern.indptr, pattern.indices, block).bytes
+    taken = Cholesky(pattern.indptr, pattern.indices, block).memory_bytes
     assert taken <= memory.factor_bytes(n, block) <= 4 * taken
 
 
@@ -131,4 +131,4 @@ def test_free_memory_is_limited_by_the_tightest_limit(
         (tmp_path / version).write_text(str(free + taken if limit == version else "max"))
         (tmp_path / used).write_text(str(taken))
     # the process may allocate or free memory in the meantime
-    assert memory.free_memory() == pytest.approx(free, abs=2**24)
+    assert memory.available_memory() == pytest.approx(free, abs=2**24)

@@ -177,7 +177,7 @@ def test_entries_agree_with_the_laplacian(kind, given):
 
 def test_selected_rows_agree_with_the_matrix(given):
     g = given
-    indptr, indices, _ = core.symmetric_pattern(g.pattern.ends, g.pattern.n)
+    indptr, indices, _ = core.symmetric_pattern(g.pattern.edge_rows, g.pattern.n)
     n, rng = g.pattern.n, np.random.default_rng(2)
     block = rng.normal(size=(len(indices), 4))
     upper = sparse.bsr_array((block.reshape(-1, 2, 2), indices, indptr), shape=(2 * n, 2 * n)).tocsr()

@@ -167,7 +167,7 @@ def test_an_image_that_does_not_fit_is_refused_before_the_work(
 ) -> None:
     V, F = igl.icosahedron()
     atlas = unwrap(V, F)
-    monkeypatch.setattr(memory, "free_memory", lambda: 4 << 30)
+    monkeypatch.setattr(memory, "available_memory", lambda: 4 << 30)
     says = "16384 x 16384 texels takes about 6.5 GiB, but only .* are free: use a smaller resolution"
     with pytest.raises(MemoryLimitError, match=says):
         bake(V, F, atlas, V, 16384)

@@ -11,10 +11,16 @@ import numpy as np
 from ..._runtime import time_stage
 from ..._types import FloatArray, Solve
 from ...linalg import NotPositiveDefiniteError
-from ..system import LARGE_SYSTEM, HolonomyConstraints, System, laplacian_inverse, solve_pairs
+from ..system import LARGE_SYSTEM, HolonomyConstraints, System, factor_laplacians, solve_pairs
 from .constants import CORRECTABLE, CORRECTABLE_PRESCRIBED, ROUGH_RTOL
 from .iterations import State
-from .linearisation import Linearisation, errors, exact_direction, linearise, solve
+from .linearisation import (
+    Linearisation,
+    compute_angle_errors,
+    linearise,
+    make_exact_direction,
+    solve_for_errors,
+)
 
 GROWING_STEPS = 4  # number of consecutive steps with growing residuals that count as divergence
 MAX_CORRECTIONS = 12  # maximum number of consecutive corrections before the next step
@@ -43,11 +49,11 @@ def iterate_with_corrections(
         else:
             below = CORRECTABLE
         close = not paths or rtol is not None or limited
-        if state.steps and rtol is None and state.at.residual.at_vertices < below:
+        if state.steps and rtol is None and state.at.residual.max_magnitude_without_holonomy < below:
             before = state.at
             state = correct_conformally(state, tol, np.inf if paths else CORRECTABLE)
             close = close or state.at is before
-        residual = state.at.residual.largest
+        residual = state.at.residual.max_magnitude
         if residual <= tol or is_diverging(state):
             break
         enough = min(largest, max(residual, tol / (2 * residual))) if rtol is None else rtol
@@ -82,9 +88,9 @@ def step_with_known_factor(state: State, rtol: float, *, close: bool = False) ->
         reuse=state.lin,
         close="all" if close else "none",
         same_factor=same and len(state.steps) != 1,
-        same_slivers=state.problem.constraints.n < LARGE_SYSTEM or not turned,
+        same_slivers=state.problem.constraints.n_rows < LARGE_SYSTEM or not turned,
     )
-    return state.take_step(solve(lin, state.at, rtol), "step")
+    return state.take_step(solve_for_errors(lin, state.at, rtol), "step")
 
 
 def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
@@ -93,7 +99,7 @@ def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
     The step uses the factor of an earlier step, which is then discarded.
     """
     lin = linearise(state.problem, state.at, surface**2, state.lin, same_factor=True)
-    direction = solve(lin, state.at, rtol, (state.at.alpha - surface) / surface**2)
+    direction = solve_for_errors(lin, state.at, rtol, (state.at.alpha - surface) / surface**2)
     return state.take_step(direction, "step").without_factors()
 
 
@@ -115,10 +121,10 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
         Corrections begin if the residual is smaller.
     """
     least_norm, conformal = state.lin, None
-    if not state.at.residual.largest < below:
+    if not state.at.residual.max_magnitude < below:
         return state
     for _ in range(MAX_CORRECTIONS):
-        missing = state.at.residual.largest
+        missing = state.at.residual.max_magnitude
         if missing <= tol or state.steps[-1].limited:
             break
         fresh = conformal is None
@@ -127,7 +133,7 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
         if conformal is None:
             break
         made = _correct_once(state, conformal)
-        left = made.at.residual.largest / missing
+        left = made.at.residual.max_magnitude / missing
         if left < INEFFECTIVE_CORRECTION and not made.steps[-1].limited:
             state = made
         elif fresh:
@@ -140,14 +146,14 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
 def _correct_once(state: State, conformal: Linearisation) -> State:
     """Return the state after one correction with the system of `_conformal_system`."""
     assert conformal.precondition is not None
-    b, holonomy = conformal.problem.constraints.predict(state.at.residual), conformal.holonomy
+    b, holonomy = conformal.problem.constraints.predict_residual(state.at.residual), conformal.holonomy
     rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # the triangle residuals are 0
     if holonomy is not None:
-        rhs = np.concatenate((rhs, -holonomy.rows.gap(b.holonomy, b.vertex)))
+        rhs = np.concatenate((rhs, -holonomy.rows.compute_residuals(b.holonomy, b.vertex)))
     with time_stage("solve"):
         x = conformal.precondition(rhs)
     with time_stage("assembly"):
-        direction = exact_direction(errors(conformal, x, conformal=True), x, conformal)
+        direction = make_exact_direction(compute_angle_errors(conformal, x, conformal=True), x, conformal)
     return state.take_step(direction, "conformal")
 
 
@@ -164,13 +170,13 @@ def _conformal_system(state: State) -> Linearisation | None:
         open_by = at.residual.holonomy
         closed = open_by.constrained.any()
         holonomy = HolonomyConstraints(system, open_by, conformal=True) if closed else None
-        lower = system.laplacian()
+        lower = system.build_laplacian()
     try:
         with time_stage("factor"):
-            inverse = laplacian_inverse(system, lin.laplacian, lower)
+            inverse = factor_laplacians(system, lin.laplacian, lower)
             precondition: Solve = partial(solve_pairs, inverse.solve)
             if holonomy is not None:
-                precondition, _ = holonomy.preconditioner(system, inverse.solve, None)
+                precondition, _ = holonomy.make_preconditioner(system, inverse.solve, None)
     except NotPositiveDefiniteError:
         return None
     return replace(lin, system=system, holonomy=holonomy, inverse=inverse, precondition=precondition)

@@ -56,33 +56,33 @@ class HolonomyAngles:
             The Laplacian is singular in double precision.
         """
         asked = problem.constraints
-        turning = replace(problem, constraints=asked.prescribe(turnings=np.zeros(len(asked.paths))))
+        turning = replace(problem, constraints=asked.replace_targets(turnings=np.zeros(len(asked.paths))))
         with time_stage("assembly"):
-            at = turning.at(surface)
+            at = turning.evaluate(surface)
             system = System(turning.constraints, at.alpha, cot=at.cot, scaled=False)
             holonomy = HolonomyConstraints(system, at.residual.holonomy, conformal=True)
         laplacian, inverse = (None, None) if known is None else (known.laplacian, known.inverse)
         if laplacian is None or inverse is None:
-            lower = system.laplacian()
+            lower = system.build_laplacian()
             with time_stage("analysis"):
-                laplacian = asked.pattern.analysis(problem.solvers)
+                laplacian = asked.pattern.get_analysis(problem.solvers)
             with time_stage("factor"):
                 inverse = laplacian.factor(lower.data)
         with time_stage("factor"):
-            columns = holonomy.conformal_columns(inverse.solve)
+            columns = holonomy.solve_conformal_columns(inverse.solve)
             schur = columns.schur
             b, rows = at.residual, asked.row[vertices]
-            change = columns.transposed_times(np.column_stack((b.vertex, b.wheel)).ravel())
-            gap = holonomy.rows.gap(b.holonomy, b.vertex) + change
+            change = columns.multiply_transposed(np.column_stack((b.vertex, b.wheel)).ravel())
+            gap = holonomy.rows.compute_residuals(b.holonomy, b.vertex) + change
             scale, turn = slice(0, None, 2), slice(1, None, 2)
             # if the scale is free: how much it changes along paths if the turning changes by 1
             closed = np.linalg.solve(schur[scale, scale], schur[scale, turn])
             size, axes = np.linalg.eigh(schur[turn, turn] - schur[turn, scale] @ closed)
             norm = (axes / np.maximum(size, HOLONOMY_ROUNDING * np.abs(schur).max())) @ axes.T
-            by_vertex = np.where(rows[:, None] >= 0, columns.vertex_rows(rows)[:, turn], 0.0)
+            by_vertex = np.where(rows[:, None] >= 0, columns.select_vertex_rows(rows)[:, turn], 0.0)
         # in an equilateral triangle, K is sqrt(3) / 2 times the identity on angles that sum to zero
         share = np.sqrt(3) / 2 * np.mean(1 / at.alpha**2) / at.alpha.size
-        lin = Linearisation.with_factor(problem, system, laplacian, inverse, columns)
+        lin = Linearisation.from_factor(problem, system, laplacian, inverse, columns)
         return cls(gap[turn] - gap[scale] @ closed, by_vertex, share * norm), lin
 
     @classmethod

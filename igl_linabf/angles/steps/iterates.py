@@ -31,7 +31,7 @@ class DiskBlocks:
     faces: Ragged
 
     @classmethod
-    def of(cls, constraints: Constraints, disks: Disks) -> DiskBlocks:
+    def from_disks(cls, constraints: Constraints, disks: Disks) -> DiskBlocks:
         """Return the matrix blocks of several disks: one row per interior vertex, in vertex order."""
         before = np.concatenate(([0], np.cumsum(disks.topology.interior)))
         return cls(Ragged(before[disks.vertices.start]), disks.faces)
@@ -72,18 +72,18 @@ class AngleProblem:
         if self.side_by_side is not None:
             return self.side_by_side
         m = self.constraints.topology.corner.shape[1]
-        return DiskBlocks(Ragged(np.array([0, self.constraints.n])), Ragged(np.array([0, m])))
+        return DiskBlocks(Ragged(np.array([0, self.constraints.n_rows])), Ragged(np.array([0, m])))
 
     @cached_property
-    def start(self) -> Iterate:
+    def initial_iterate(self) -> Iterate:
         """The `Iterate` of the initial estimate."""
-        return self.at(self.estimate)
+        return self.evaluate(self.estimate)
 
-    def at(self, alpha: FloatArray) -> Iterate:
+    def evaluate(self, alpha: FloatArray) -> Iterate:
         """Return the angles, (3, #F) radians, together with their residuals and cotangents."""
-        return Iterate.of(self.constraints, alpha)
+        return Iterate.from_angles(self.constraints, alpha)
 
-    def invalid(self, at: Iterate) -> BoolArray:
+    def mask_invalid_triangles(self, at: Iterate) -> BoolArray:
         """Return a mask, (#F,), of triangles with an angle outside (0, pi); all False with the safeguard."""
         if self.safeguard:
             return np.zeros(at.alpha.shape[1], dtype=bool)
@@ -99,7 +99,7 @@ class Iterate:
     residual: Residual
 
     @classmethod
-    def of(cls, constraints: Constraints, alpha: FloatArray) -> Iterate:
+    def from_angles(cls, constraints: Constraints, alpha: FloatArray) -> Iterate:
         cot = _core.cotangents(alpha)
         return cls(alpha, cot, residual(constraints, alpha, cot))
 

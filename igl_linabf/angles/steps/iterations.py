@@ -9,7 +9,7 @@ import numpy as np
 from ..._runtime import time_stage
 from ..._types import BoolArray, FloatArray, IntArray
 from .iterates import AngleProblem, Iterate, Kind, Step
-from .linearisation import Closed, Direction, Linearisation, apply_direction, linearise, solve
+from .linearisation import Closed, Direction, Linearisation, apply_direction, linearise, solve_for_errors
 
 KINDS: tuple[Kind, Kind] = "step", "chord"
 
@@ -34,17 +34,17 @@ class State:
     lin: Linearisation | None = None
 
     @property
-    def how(self) -> str:
+    def solver_name(self) -> str:
         """Name of the solver of the last linear system."""
-        return "none" if self.lin is None else self.lin.how
+        return "none" if self.lin is None else self.lin.solver_name
 
     def without_factors(self) -> State:
         """Return the state without factors, which take most of the memory, but with all symbolic analyses."""
         return self if self.lin is None else replace(self, lin=replace(self.lin.without_matrix, inverse=None))
 
-    def back_to_start(self) -> State:
+    def reset_to_estimate(self) -> State:
         """Return the state at the initial estimate, with all steps and symbolic analyses."""
-        return replace(self, at=self.problem.start)
+        return replace(self, at=self.problem.initial_iterate)
 
     def take_step(self, direction: Direction, kind: Kind) -> State:
         """Return the state after a step along a direction."""
@@ -52,7 +52,7 @@ class State:
         return State(self.problem, at, (*self.steps, step), direction.lin)
 
 
-def linear_step(
+def take_linear_step(
     state: State,
     rtol: float,
     *,
@@ -63,11 +63,11 @@ def linear_step(
     """Take one step with the system at the current angles.
 
     With `close`, the step also closes the loops of holes. With `same_factor`, the factor of the last system
-    preconditions the new one. `first_rtol` is passed to `solve`.
+    preconditions the new one. `first_rtol` is passed to `solve_for_errors`.
     """
     closed: Closed = "all" if close else "paths"
     lin = linearise(state.problem, state.at, reuse=state.lin, close=closed, same_factor=same_factor)
-    return state.take_step(solve(lin, state.at, rtol, first_rtol=first_rtol), "step")
+    return state.take_step(solve_for_errors(lin, state.at, rtol, first_rtol=first_rtol), "step")
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ class StepAndChord:
     residuals: FloatArray
 
 
-def step_and_chord(start: State, rtol: float, tol: float) -> StepAndChord:
+def take_step_and_chord(start: State, rtol: float, tol: float) -> StepAndChord:
     """Take a linear step and a chord step for each disk with a residual above `tol`.
 
     The chord step is a second solve with the same system, without assembly or factorisation: a simplified
@@ -116,7 +116,7 @@ def step_and_chord(start: State, rtol: float, tol: float) -> StepAndChord:
         lin = linearise(problem, start.at, reuse=start.lin, close="paths")
         for k, kind in enumerate(KINDS):
             first_rtol = rtol**2 if kind == "step" else None
-            direction = solve(lin, state.at, rtol, first_rtol=first_rtol)
+            direction = solve_for_errors(lin, state.at, rtol, first_rtol=first_rtol)
             if not moving.all():
                 direction = replace(direction, e=direction.e * disks.faces.repeat(np.where(moving, 1.0, 0.0)))
             lin, inner_steps[k] = direction.lin, direction.each
@@ -131,7 +131,7 @@ def step_and_chord(start: State, rtol: float, tol: float) -> StepAndChord:
     return StepAndChord(state, good, inner_steps, np.array(residuals))
 
 
-def active_set(state: State, rtol: float, tol: float, most: int) -> State:
+def run_active_set(state: State, rtol: float, tol: float, most: int) -> State:
     """Take active-set steps (section 6 of the paper) until the residual is at most `tol`.
 
     Each step solves the linear system at the current angles.
@@ -140,7 +140,7 @@ def active_set(state: State, rtol: float, tol: float, most: int) -> State:
     close the loops.
     """
     for _ in range(most):
-        if state.at.residual.largest <= tol or state.problem.invalid(state.at).any():
+        if state.at.residual.max_magnitude <= tol or state.problem.mask_invalid_triangles(state.at).any():
             break
-        state = linear_step(state, rtol, close=bool(state.steps))
+        state = take_linear_step(state, rtol, close=bool(state.steps))
     return state

@@ -4,7 +4,7 @@
     direction = solve(lin, at, rtol)                               # the errors e
     at, step, limited = apply_direction(problem, at, direction, "step")    # the angles after the step
 
-All of these objects are immutable. A chord, or simplified Newton step, is another `solve` with the same
+All of these objects are immutable. A chord, or simplified Newton step, is another solve with the same
 `lin`.
 """
 
@@ -30,7 +30,7 @@ from ..system import (
     Symmetric,
     System,
     correct_at_slivers,
-    laplacian_inverse,
+    factor_laplacians,
     solve_pairs,
 )
 from .iterates import AngleProblem, Iterate, Kind, Step
@@ -57,7 +57,7 @@ class Linearisation:
     laplacian : Analysis or None
         Analysis of the Laplacians over the pattern of the problem; the layout uses it, too.
     inverse : Factor or None
-        The preconditioner diag(L_s+, L_s)^-1 of `laplacian_inverse`.
+        The preconditioner diag(L_s+, L_s)^-1 of `factor_laplacians`.
     columns : SchurColumns or None
         Schur columns of the holonomy constraints, computed with `inverse`.
     slivers : Slivers or None
@@ -82,11 +82,11 @@ class Linearisation:
     slivers: Slivers | None = None
     precondition: Solve | None = None
     whole: Factor | None = None
-    how: str = "none"
+    solver_name: str = "none"
     fallback: str = ""
 
     @classmethod
-    def with_factor(
+    def from_factor(
         cls,
         problem: AngleProblem,
         system: System,
@@ -102,15 +102,19 @@ class Linearisation:
         """The linearisation without its matrix, but with a factor that can precondition the next system."""
         return replace(self, S=EMPTY_MATRIX, precondition=None, whole=None)
 
-    def product(self, x: FloatArray) -> FloatArray:
+    def multiply(self, x: FloatArray) -> FloatArray:
         """Multiply the matrix of the linear system by x."""
         return self.S.matvec(x) if self.holonomy is None else self.holonomy.matvec(self.S.matvec, x)
 
-    def at_corners(self, x: FloatArray) -> FloatArray:
+    def multipliers_at_corners(self, x: FloatArray) -> FloatArray:
         """Return the multipliers of the vertex and wheel constraints of each corner's fan, (2, 3, #F)."""
-        topology, n = self.problem.constraints.topology, 2 * self.problem.constraints.n
-        at_vertices = self.system.at_vertices(x[:n].reshape(-1, 2))
-        of_sites = np.zeros((topology.n, 2)) if self.holonomy is None else self.holonomy.rows.at_sites(x[n:])
+        topology, n = self.problem.constraints.topology, 2 * self.problem.constraints.n_rows
+        at_vertices = self.system.multipliers_at_vertices(x[:n].reshape(-1, 2))
+        of_sites = (
+            np.zeros((topology.n, 2))
+            if self.holonomy is None
+            else self.holonomy.rows.multipliers_at_sites(x[n:])
+        )
         # `np.take` is much faster than indexing
         at_corners = (at_vertices + of_sites[: topology.n]).T.take(topology.corner, axis=1)
         if self.holonomy is not None:
@@ -144,7 +148,7 @@ class Direction:
     converged: BoolArray
 
     @property
-    def inner_steps(self) -> int:
+    def max_inner_steps(self) -> int:
         """Maximum number of conjugate gradient steps over all disks."""
         return int(self.each.max(initial=0))
 
@@ -185,13 +189,13 @@ def linearise(
     """
     with time_stage("assembly"):
         system = System(problem.constraints, at.alpha, weights, at.cot)
-        S = system.matrix() if problem.constraints.n else EMPTY_MATRIX
+        S = system.build_matrix() if problem.constraints.n_rows else EMPTY_MATRIX
         open_by, paths = at.residual.holonomy, problem.constraints.paths
         if close != "all" and len(open_by.constrained):
-            open_by = open_by.of_paths(len(paths) if close == "paths" else 0)
+            open_by = open_by.restrict_to_paths(len(paths) if close == "paths" else 0)
         holonomy = HolonomyConstraints(system, open_by) if open_by.constrained.any() else None
     lin = Linearisation(problem, system, S, holonomy)
-    if not problem.constraints.n and not paths:
+    if not problem.constraints.n_rows and not paths:
         return lin  # no constraints: the estimate is flat
     if reuse is not None:
         slivers = reuse.slivers if same_slivers else None
@@ -218,17 +222,19 @@ def _add_preconditioner(lin: Linearisation) -> Linearisation:
     solvers, laplacian, inverse = lin.problem.solvers, lin.laplacian, lin.inverse
     if inverse is None:
         with time_stage("assembly"):
-            lower = lin.system.laplacian()
+            lower = lin.system.build_laplacian()
         with time_stage("analysis"):
-            laplacian = laplacian or lin.system.pattern.analysis(solvers)
+            laplacian = laplacian or lin.system.pattern.get_analysis(solvers)
         with time_stage("factor"):
-            inverse = laplacian_inverse(lin.system, laplacian, lower)
+            inverse = factor_laplacians(lin.system, laplacian, lower)
     with time_stage("factor"):
         columns = lin.columns
         precondition: Solve = partial(solve_pairs, inverse.solve)
         if lin.holonomy is not None:
-            precondition, columns = lin.holonomy.preconditioner(lin.system, inverse.solve, lin.S, columns)
-        slivers = lin.slivers or Slivers.of(lin.system, lin.S, solvers)
+            precondition, columns = lin.holonomy.make_preconditioner(
+                lin.system, inverse.solve, lin.S, columns
+            )
+        slivers = lin.slivers or Slivers.find(lin.system, lin.S, solvers)
         precondition = correct_at_slivers(precondition, slivers, lin.S, lin.holonomy)
     return replace(
         lin,
@@ -237,20 +243,20 @@ def _add_preconditioner(lin: Linearisation) -> Linearisation:
         columns=columns,
         slivers=slivers,
         precondition=precondition,
-        how=f"conjugate gradients, {inverse.name}",
+        solver_name=f"conjugate gradients, {inverse.name}",
     )
 
 
 def _add_factor(lin: Linearisation, at: Iterate) -> Linearisation:
     """Factor the reduced matrix S, and add the factor to a linearisation."""
     with time_stage("analysis"):
-        analysis = lin.system.pattern.analysis(lin.problem.solvers, 2)
+        analysis = lin.system.pattern.get_analysis(lin.problem.solvers, 2)
     try:
         with time_stage("factor"):
-            whole = analysis.factor(lin.S.values())
+            whole = analysis.factor(lin.S.blocks_for_factorisation())
     except NotPositiveDefiniteError as error:
         raise _singular_system_error(lin.problem, at, lin.problem.constraints.row == error.row // 2) from None
-    return replace(lin, whole=whole, how=f"direct, {whole.name}")
+    return replace(lin, whole=whole, solver_name=f"direct, {whole.name}")
 
 
 def _fall_back_to_factor(lin: Linearisation, at: Iterate, reason: str) -> Linearisation:
@@ -260,7 +266,7 @@ def _fall_back_to_factor(lin: Linearisation, at: Iterate, reason: str) -> Linear
             f"{reason}: the whole system is factored instead", FallbackWarning, stacklevel=stack_level()
         )
     lin = _add_factor(replace(lin, fallback=reason), at)
-    return replace(lin, how=f"{lin.how}, after {reason}")
+    return replace(lin, solver_name=f"{lin.solver_name}, after {reason}")
 
 
 def _singular_system_error(problem: AngleProblem, at: Iterate, vertices: BoolArray) -> SingularSystemError:
@@ -273,7 +279,7 @@ def _singular_system_error(problem: AngleProblem, at: Iterate, vertices: BoolArr
     )
 
 
-def solve(
+def solve_for_errors(
     lin: Linearisation,
     at: Iterate,
     rtol: float,
@@ -299,32 +305,36 @@ def solve(
         Maximum relative residual for conjugate gradients to end after a single step.
     """
     if lin.precondition is None and lin.whole is None:
-        return exact_direction(np.zeros_like(at.alpha), np.empty(0), lin)
+        return make_exact_direction(np.zeros_like(at.alpha), np.empty(0), lin)
     with time_stage("assembly"):
         b, system = at.residual, lin.system
-        e0 = _particular_errors(system, at, gradient)
-        rows = system.rows(e0)
+        e0 = _solve_triangle_constraints(system, at, gradient)
+        rows = system.compute_constraint_changes(e0)
         for own, sums in zip(rows.T, (b.vertex, b.wheel), strict=True):
             np.subtract(sums, own, out=own)
         rhs = rows.ravel()
         if lin.holonomy is not None:
             rhs = np.concatenate(
-                (rhs, -lin.holonomy.rows.gap(b.holonomy, b.vertex) - lin.holonomy.rows.times(e0))
+                (
+                    rhs,
+                    -lin.holonomy.rows.compute_residuals(b.holonomy, b.vertex)
+                    - lin.holonomy.rows.multiply(e0),
+                )
             )
         if start is not None:
             start = np.append(start, np.zeros(len(rhs) - len(start)))  # zeros for new holonomy constraints
-            rhs -= lin.product(start)
+            rhs -= lin.multiply(start)
         del e0  # free the memory for conjugate gradients
     with time_stage("solve"):
         made = _solve_for_multipliers(lin, at, rhs, rtol, first_rtol)
     with time_stage("assembly"):
         x = made.x if start is None else start + made.x
-        e = errors(made.lin, x)
-        e += _particular_errors(system, at, gradient)
+        e = compute_angle_errors(made.lin, x)
+        e += _solve_triangle_constraints(system, at, gradient)
     return replace(made, e=e, x=x)
 
 
-def _particular_errors(system: System, at: Iterate, gradient: FloatArray | None) -> FloatArray:
+def _solve_triangle_constraints(system: System, at: Iterate, gradient: FloatArray | None) -> FloatArray:
     """Return the errors e0 that satisfy the triangle constraints alone, (3, #F)."""
     e0: FloatArray = system.w * (at.residual.triangle / system.d)
     if gradient is not None:
@@ -332,19 +342,19 @@ def _particular_errors(system: System, at: Iterate, gradient: FloatArray | None)
     return e0
 
 
-def errors(lin: Linearisation, x: FloatArray, *, conformal: bool = False) -> FloatArray:
+def compute_angle_errors(lin: Linearisation, x: FloatArray, *, conformal: bool = False) -> FloatArray:
     """Return the angle errors P M^T x for the multipliers x, or K M^T x in the `conformal` metric."""
     system = lin.system
-    n = 2 * system.constraints.n
-    own = system.at_vertices(x[:n].reshape(-1, 2))
-    e = system.conformal_errors(own) if conformal else system.errors(own)
+    n = 2 * system.constraints.n_rows
+    own = system.multipliers_at_vertices(x[:n].reshape(-1, 2))
+    e = system.compute_conformal_errors(own) if conformal else system.compute_angle_errors(own)
     if lin.holonomy is not None:
-        faces, more = lin.holonomy.errors(x[n:])
+        faces, more = lin.holonomy.compute_angle_errors(x[n:])
         e[:, faces] += more
     return e
 
 
-def exact_direction(e: FloatArray, x: FloatArray, lin: Linearisation) -> Direction:
+def make_exact_direction(e: FloatArray, x: FloatArray, lin: Linearisation) -> Direction:
     """Return the direction found by a direct solve with the factored system."""
     disks = len(lin.problem.disks.faces)
     return Direction(e, x, lin, np.zeros(disks, dtype=np.int64), np.ones(disks, dtype=bool))
@@ -358,7 +368,7 @@ def _solve_for_multipliers(
     if lin.whole is None:
         assert lin.precondition is not None
         x, each, converged = conjugate_gradients(
-            lin.product,
+            lin.multiply,
             rhs,
             lin.precondition,
             rtol,
@@ -375,10 +385,10 @@ def _solve_for_multipliers(
     by_factor = lin.whole.solve
     if lin.holonomy is not None:
         try:
-            by_factor = lin.holonomy.solver(lin.whole.solve)
+            by_factor = lin.holonomy.make_solver(lin.whole.solve)
         except NotPositiveDefiniteError:
-            raise _singular_system_error(lin.problem, at, lin.holonomy.rows.vertices) from None
-    return exact_direction(none, by_factor(rhs), lin)
+            raise _singular_system_error(lin.problem, at, lin.holonomy.rows.vertex_mask) from None
+    return make_exact_direction(none, by_factor(rhs), lin)
 
 
 def apply_direction(
@@ -392,7 +402,7 @@ def apply_direction(
     with time_stage("assembly"):
         if problem.safeguard:
             e, limited = _core.limit_step(at.alpha, e, MAX_SHARE_TO_ZERO)
-        at = problem.at(np.add(at.alpha, e, out=e if problem.safeguard else None))
+        at = problem.evaluate(np.add(at.alpha, e, out=e if problem.safeguard else None))
     report_progress(kind, 0.2)
-    step = Step(kind, direction.inner_steps, int(np.count_nonzero(limited)), at.residual.largest)
+    step = Step(kind, direction.max_inner_steps, int(np.count_nonzero(limited)), at.residual.max_magnitude)
     return at, step, limited

@@ -11,7 +11,7 @@ from ...surface import NEXT, PREV
 from .conformal_corrections import correct_conformally, is_diverging, iterate_with_corrections
 from .iterates import Kind, Step
 from .iterations import State
-from .linearisation import Direction, linearise, solve
+from .linearisation import Direction, linearise, solve_for_errors
 
 # Constants of anchored steps, which minimise the change from the initial estimate
 ANCHORED_RTOL = 0.03  # relative residual of conjugate gradients in anchored steps
@@ -57,7 +57,7 @@ class AbfResult:
     held: BoolArray
 
 
-def objective(state: State) -> float:
+def measure_objective(state: State) -> float:
     """Return sum ((alpha - alpha_0) / alpha_0)^2, eq. 1 with the weights of the paper."""
     anchor = state.problem.estimate
     return float((((state.at.alpha - anchor) / anchor) ** 2).sum())
@@ -80,10 +80,10 @@ def converge(state: State, tol: float) -> AbfResult:
         The iterations end when the largest residual, and the largest relative change of an angle by another
         step, are at most `tol`. The next change is predicted, because changes decrease linearly.
     """
-    return _iterate_anchored(state, tol)
+    return _take_anchored_steps(state, tol)
 
 
-def _iterate_anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
+def _take_anchored_steps(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
     """Take anchored steps until they converge or become slow.
 
     With `bounded`, an angle at its bound is fixed as long as a step would decrease the angle.
@@ -97,7 +97,7 @@ def _iterate_anchored(state: State, tol: float, *, bounded: bool = False) -> Abf
         at, weights = state.at, np.where(held, HELD_WEIGHT * free, free) if held.any() else free
         try:
             lin = linearise(problem, at, weights, lin, close="all" if k else "paths", same_factor=k > 0)
-            raw = solve(lin, at, rtol, _gradient(state), x)
+            raw = solve_for_errors(lin, at, rtol, _compute_gradient(state), x)
         except SingularSystemError:
             break  # the system is too ill-conditioned for double precision; feasible steps avoid such angles
         e = np.where(held, 0.0, raw.e) if bounded else raw.e
@@ -109,7 +109,11 @@ def _iterate_anchored(state: State, tol: float, *, bounded: bool = False) -> Abf
         lin, x = raw.lin.without_matrix, raw.x
         state = replace(state, lin=lin)
         del at, raw, e  # free the memory for the next matrix
-        residual, limited, same = state.at.residual.largest, state.steps[-1].limited, (now == held).all()
+        residual, limited, same = (
+            state.at.residual.max_magnitude,
+            state.steps[-1].limited,
+            (now == held).all(),
+        )
         ahead = change * min(change / before, 1.0) if before else change
         if same and max(ahead, residual) <= tol:
             return AbfResult(state.without_factors(), True, held)
@@ -146,7 +150,7 @@ def _move_into_bounds(state: State) -> State:
     )
     alpha = alpha.copy()
     alpha[:, faces] = here
-    return replace(state, at=state.problem.at(alpha))
+    return replace(state, at=state.problem.evaluate(alpha))
 
 
 def converge_feasibly(state: State, tol: float) -> AbfResult:
@@ -170,26 +174,26 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
         As in `converge`.
     """
     start = state
-    result = _iterate_anchored(state.back_to_start(), tol, bounded=True)
+    result = _take_anchored_steps(state.reset_to_estimate(), tol, bounded=True)
     if result.converged:
         return result
     state, held = result.state, np.zeros(state.at.alpha.shape, dtype=bool)
     state = iterate_with_corrections(
-        state.back_to_start(), None, START_RESIDUAL, MAX_START_STEPS, ANCHORED_RTOL
+        state.reset_to_estimate(), None, START_RESIDUAL, MAX_START_STEPS, ANCHORED_RTOL
     )
     if is_diverging(state):
         return AbfResult(state.without_factors(), False, held)
     x: FloatArray | None = None
-    scale, value, gain = 1.0, objective(state), np.inf
+    scale, value, gain = 1.0, measure_objective(state), np.inf
     for _ in range(2 * MAX_ANCHORED_STEPS):
         last = gain
         direction, inner_steps, held = _feasible_direction(state, x, held)
         state, x = replace(state, lin=direction.lin), direction.x
         change = _largest_change(np.where(held, 0.0, direction.e), state)
-        if change <= tol and state.at.residual.largest <= tol:
+        if change <= tol and state.at.residual.max_magnitude <= tol:
             return AbfResult(state.without_factors(), True, held)
         state, scale = _line_search(state, direction.e, inner_steps, held, min(1.0, 2 * scale))
-        after = objective(state)
+        after = measure_objective(state)
         gain = value - after
         # predict all further gains: successive gains decrease like a geometric series
         gain_left = gain**2 / (last - gain) if ROUNDING * value < gain < last else np.inf
@@ -201,8 +205,8 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
     return AbfResult(state.without_factors(), False, held)
 
 
-def _gradient(state: State) -> FloatArray:
-    """Return half the gradient of the `objective`, (3, #F)."""
+def _compute_gradient(state: State) -> FloatArray:
+    """Return half the gradient of `measure_objective`, (3, #F)."""
     anchor = state.problem.estimate
     return np.asarray((state.at.alpha - anchor) / anchor**2)
 
@@ -221,10 +225,10 @@ def _feasible_direction(
     steps and a mask of the fixed angles.
     """
     anchor, alpha = state.problem.estimate, state.at.alpha
-    gradient, inner_steps, lin = _gradient(state), 0, state.lin
+    gradient, inner_steps, lin = _compute_gradient(state), 0, state.lin
     curvature = 1 / anchor**2
     if x is not None and lin is not None:
-        wheel = lin.at_corners(x)[1]
+        wheel = lin.multipliers_at_corners(x)[1]
         curvature += (wheel[PREV] - wheel[NEXT]) / np.sin(alpha) ** 2
     weights = 1 / np.maximum(np.abs(curvature), LEAST_CURVATURE / anchor**2)
     low = alpha <= BOUND_TOLERANCE * ANGLE_BOUND * anchor
@@ -232,9 +236,9 @@ def _feasible_direction(
     for _ in range(MAX_RESTORING_STEPS):
         w = np.where(held, HELD_WEIGHT * weights, weights)
         lin = linearise(state.problem, state.at, w, lin, same_slivers=False)
-        direction = solve(lin, state.at, FEASIBLE_RTOL, gradient, x)
+        direction = solve_for_errors(lin, state.at, FEASIBLE_RTOL, gradient, x)
         lin, x = direction.lin, direction.x
-        inner_steps += direction.inner_steps
+        inner_steps += direction.max_inner_steps
         falling = low & (direction.e < 0)
         if (falling == held).all():
             break
@@ -246,20 +250,20 @@ def _line_search(
     state: State, e: FloatArray, inner_steps: int, held: BoolArray, scale: float
 ) -> tuple[State, float]:
     """Step along `e` and restore the constraints; halve the step until the objective decreases."""
-    problem, start, before = state.problem, state.at, objective(state)
+    problem, start, before = state.problem, state.at, measure_objective(state)
     anchor, alpha = problem.estimate, start.alpha
-    slope = 2 * float((_gradient(state) * e).sum())
+    slope = 2 * float((_compute_gradient(state) * e).sum())
     # tolerance: a residual of this size changes the objective less than the step does
     exact = max(1e-11, 1e-3 * min(float(np.abs(e / alpha).max()), 1e-3) ** 2)
     while scale >= LEAST_STEP:
         trial = np.maximum(alpha + scale * e, np.minimum(alpha, ANGLE_BOUND * anchor))
-        at = problem.at(trial * (np.pi / trial.sum(axis=0)))
-        step = Step("feasible", inner_steps, 0, at.residual.largest)
+        at = problem.evaluate(trial * (np.pi / trial.sum(axis=0)))
+        step = Step("feasible", inner_steps, 0, at.residual.max_magnitude)
         advance("feasible", 0.05)
         state = _restore_constraints(
             replace(state, at=at, steps=(*state.steps, step)), held, exact, MAX_RESTORING_STEPS
         )
-        after = objective(state)
+        after = measure_objective(state)
         if after <= before + 1e-4 * scale * slope or abs(after - before) <= ROUNDING * before:
             return state, scale
         inner_steps, scale = 0, scale / 2
@@ -271,9 +275,9 @@ def _restore_constraints(state: State, held: BoolArray, exact: float, most: int)
     if not held.any():
         state = correct_conformally(state, exact)  # only without fixed angles, which would change
     for _ in range(most):
-        if state.at.residual.largest <= exact:
+        if state.at.residual.max_magnitude <= exact:
             break
         weights = np.where(held, HELD_WEIGHT, 1.0) * state.at.alpha**2
         lin = linearise(state.problem, state.at, weights, state.lin, same_slivers=False)
-        state = state.take_step(solve(lin, state.at, FEASIBLE_RTOL), "restoration")
+        state = state.take_step(solve_for_errors(lin, state.at, FEASIBLE_RTOL), "restoration")
     return state

@@ -7,7 +7,7 @@ from dataclasses import replace
 from .conformal_corrections import correct_conformally
 from .constants import CORRECTABLE, CORRECTABLE_PRESCRIBED, ROUGH_RTOL
 from .iterations import State
-from .linearisation import linearise, solve
+from .linearisation import linearise, solve_for_errors
 
 CLOSED_LOOP_RESIDUAL = 0.3  # edge lengths around holes are meaningful below this residual
 MANY_INNER_STEPS = 30  # compute a new factor after a step with at least this many inner steps
@@ -25,21 +25,23 @@ def iterate_to_prescribed_sums(state: State, rtol: float, tol: float, most: int)
     if len(constraints.circles) > 1:
         fixed = replace(state.problem, constraints=replace(constraints, circles=()))
         closed = iterate_to_prescribed_sums(
-            State(fixed, fixed.at(state.at.alpha), state.steps),
+            State(fixed, fixed.evaluate(state.at.alpha), state.steps),
             CLOSED_LOOP_RESIDUAL,
             CLOSED_LOOP_RESIDUAL,
             most,
         )
-        state = State(state.problem, state.problem.at(closed.at.alpha), closed.steps, closed.lin)
+        state = State(state.problem, state.problem.evaluate(closed.at.alpha), closed.steps, closed.lin)
     for _ in range(most):
         if state.steps:
             early = constraints.circles or len(state.steps) > 1
             state = correct_conformally(state, tol, CORRECTABLE_PRESCRIBED if early else CORRECTABLE)
-        if state.at.residual.largest <= tol:
+        if state.at.residual.max_magnitude <= tol:
             break
         first = not state.steps
         slow = not first and state.steps[-1].inner_steps >= MANY_INNER_STEPS
-        at = state.at if first else replace(state.at, residual=constraints.predict(state.at.residual))
+        at = (
+            state.at if first else replace(state.at, residual=constraints.predict_residual(state.at.residual))
+        )
         lin = linearise(
             state.problem,
             at,
@@ -48,5 +50,5 @@ def iterate_to_prescribed_sums(state: State, rtol: float, tol: float, most: int)
             same_factor=not (first or slow),
             same_slivers=False,
         )
-        state = state.take_step(solve(lin, at, ROUGH_RTOL if first else rtol), "step")
+        state = state.take_step(solve_for_errors(lin, at, ROUGH_RTOL if first else rtol), "step")
     return state

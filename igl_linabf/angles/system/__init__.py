@@ -3,7 +3,7 @@
 Takes a topology and angles. Returns residuals (eq. 5-10), and the matrices of the systems for multipliers.
 """
 
-from .circles import central_angles, inscribed_sums
+from .circles import compute_central_angles, compute_inscribed_sums
 from .constraints import (
     SMALLEST_SINE,
     ClosedPath,
@@ -11,12 +11,12 @@ from .constraints import (
     HolonomyResidual,
     Residual,
     build_constraints,
-    holonomy_residual,
+    compute_holonomy_residual,
     largest_magnitude,
     residual,
 )
 from .holonomy import HolonomyConstraints, HolonomyRows
-from .patterns import Pattern, Symmetric, solve_pairs, with_identity
-from .preconditioner import LARGE_SYSTEM, Slivers, correct_at_slivers, laplacian_inverse
+from .patterns import Pattern, Symmetric, replace_rows_by_identity, solve_pairs
+from .preconditioner import LARGE_SYSTEM, Slivers, correct_at_slivers, factor_laplacians
 from .reduced_system import System
 from .schur_columns import SchurColumns

@@ -11,7 +11,7 @@ MOST_WAVES = 32  # maximum number of predicted Fourier modes along a loop
 SIDES_PER_WAVE = 4  # minimum number of sides per wavelength of a predicted Fourier mode
 
 
-def central_angles(log_ratio: FloatArray) -> FloatArray:
+def compute_central_angles(log_ratio: FloatArray) -> FloatArray:
     """Return the central angles of the sides of a polygon that is inscribed in a circle; they sum to 2 pi.
 
     Parameters
@@ -39,17 +39,17 @@ def central_angles(log_ratio: FloatArray) -> FloatArray:
     return np.asarray(angle * (2 * np.pi / angle.sum()))
 
 
-def inscribed_sums(log_ratio: FloatArray, hole: bool) -> FloatArray:
+def compute_inscribed_sums(log_ratio: FloatArray, hole: bool) -> FloatArray:
     """Return the angle sums at the vertices of a loop inscribed in a circle.
 
     With `hole`, the mesh lies outside the loop; otherwise inside.
     """
-    central = central_angles(log_ratio)
+    central = compute_central_angles(log_ratio)
     turning = (central + np.roll(central, 1)) / 2
     return np.asarray(np.pi + turning if hole else np.pi - turning)
 
 
-def predict_change(log_ratio: FloatArray, turning: FloatArray, hole: bool) -> FloatArray:
+def predict_sum_changes(log_ratio: FloatArray, turning: FloatArray, hole: bool) -> FloatArray:
     """Predict how the angle sums of a circle will change while the angles of its loop approach these sums.
 
     The edge lengths change with the angles, and the sums of the circle change with the lengths. In a
@@ -61,11 +61,11 @@ def predict_change(log_ratio: FloatArray, turning: FloatArray, hole: bool) -> Fl
     Parameters
     ----------
     log_ratio, turning : (#P,) float64
-        At each vertex, the logarithm as in `central_angles`, and the exterior angle.
+        At each vertex, the logarithm as in `compute_central_angles`, and the exterior angle.
     hole : bool
         Whether the mesh lies outside the loop.
     """
-    central = central_angles(log_ratio)
+    central = compute_central_angles(log_ratio)
     share, at = (central + np.roll(central, 1)) / 2, np.concatenate(([0.0], np.cumsum(central)[:-1]))
     missing = turning + share if hole else turning - share
     mean = (central**2).sum() / (2 * np.pi)  # mean central angle, weighted by arc length

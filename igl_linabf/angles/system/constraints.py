@@ -14,7 +14,7 @@ import numpy as np
 from ... import _core
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import Ragged, Topology
-from .circles import inscribed_sums, predict_change
+from .circles import compute_inscribed_sums, predict_sum_changes
 from .patterns import Pattern
 
 SMALLEST_SINE = 1e-75  # replaces the sine of a zero angle, as in the sums of the core
@@ -72,14 +72,14 @@ class HolonomyResidual:
     q: ComplexArray
     constrained: BoolArray
 
-    def of_paths(self, n: int) -> HolonomyResidual:
+    def restrict_to_paths(self, n: int) -> HolonomyResidual:
         """Return the residual with constraints on the closed paths only: the last `n` entries of `gap`."""
         constrained = self.constrained.copy()
         constrained[: len(constrained) - n] = False
         return replace(self, constrained=constrained)
 
 
-def holonomy_residual(
+def compute_holonomy_residual(
     topology: Topology,
     turning: FloatArray,
     log_ratio: FloatArray,
@@ -158,7 +158,7 @@ class Constraints:
     circles: tuple[int, ...] = ()
 
     @property
-    def n(self) -> int:
+    def n_rows(self) -> int:
         """Number of rows of constraints."""
         return len(self.target)
 
@@ -167,7 +167,9 @@ class Constraints:
         """Whether angle sums other than 2 pi at interior vertices are prescribed."""
         return bool((self.sums[~np.isnan(self.sums)] != 2 * np.pi).any())
 
-    def prescribe(self, sums: FloatArray | None = None, turnings: FloatArray | None = None) -> Constraints:
+    def replace_targets(
+        self, sums: FloatArray | None = None, turnings: FloatArray | None = None
+    ) -> Constraints:
         """Return the constraints with the same rows, but other angle sums, (#V,), and turnings of paths.
 
         No row may belong to a hole.
@@ -184,15 +186,15 @@ class Constraints:
 
     def sum_at_rows(self, values: FloatArray) -> FloatArray:
         """Sum (#V,) values over the vertices of each row."""
-        if self._vertex is not None:
-            return values.take(self._vertex)
-        return np.asarray(np.bincount(self.row + 1, weights=values, minlength=self.n + 1)[1:])
+        if self._vertex_of_row is not None:
+            return values.take(self._vertex_of_row)
+        return np.asarray(np.bincount(self.row + 1, weights=values, minlength=self.n_rows + 1)[1:])
 
     @cached_property
-    def _vertex(self) -> IntArray | None:
+    def _vertex_of_row(self) -> IntArray | None:
         """The vertex of each row; None if a row has several vertices, such as the row of a hole."""
         inside = np.flatnonzero(self.row >= 0)
-        if len(inside) != self.n:
+        if len(inside) != self.n_rows:
             return None
         vertex = np.empty_like(inside)
         vertex[self.row[inside]] = inside
@@ -206,10 +208,10 @@ class Constraints:
         for i in self.circles:
             loop = self.topology.loops[i]
             has_row = self.row[loop] >= 0
-            target[self.row[loop[has_row]]] = inscribed_sums(log_ratio[loop], i > 0)[has_row]
+            target[self.row[loop[has_row]]] = compute_inscribed_sums(log_ratio[loop], i > 0)[has_row]
         return target
 
-    def predict(self, b: Residual) -> Residual:
+    def predict_residual(self, b: Residual) -> Residual:
         """Return the residual for the angle sums that are predicted on circles after the next step."""
         if not self.circles:
             return b
@@ -217,7 +219,7 @@ class Constraints:
         for i in self.circles:
             loop = self.topology.loops[i]
             has_row = self.row[loop] >= 0
-            change = predict_change(b.log_ratio[loop], b.turning[loop], i > 0)[has_row]
+            change = predict_sum_changes(b.log_ratio[loop], b.turning[loop], i > 0)[has_row]
             vertex[self.row[loop[has_row]]] += change
         return replace(b, vertex=vertex)
 
@@ -249,11 +251,11 @@ def build_constraints(
         On a closed surface, the vertex whose rows are omitted; by default the vertex of largest curvature.
     """
     if sums is None and not paths:
-        return topology.once("constraints", partial(_constraints, topology))
-    return _constraints(topology, sums, paths, circles, left_out)
+        return topology.once("constraints", partial(_make_constraints, topology))
+    return _make_constraints(topology, sums, paths, circles, left_out)
 
 
-def _constraints(
+def _make_constraints(
     topology: Topology,
     sums: FloatArray | None = None,
     paths: Sequence[ClosedPath] = (),
@@ -268,7 +270,7 @@ def _constraints(
     around: list[ClosedPath] = []
     for loop in topology.holes:
         if given[loop].any():
-            around.append(_hole_path(topology, loop, given))
+            around.append(_find_path_around_hole(topology, loop, given))
         else:
             virtual.append(loop)
     left_out = np.zeros(topology.n, dtype=bool)
@@ -293,7 +295,7 @@ def _constraints(
     return Constraints(topology, row, target, sums, wheels, pattern, (*around, *paths), tuple(circles))
 
 
-def _hole_path(topology: Topology, loop: IntArray, given: BoolArray) -> ClosedPath:
+def _find_path_around_hole(topology: Topology, loop: IntArray, given: BoolArray) -> ClosedPath:
     """Return the closed path along the loop of a hole; its turning is free if all sums are prescribed."""
     on_loop = np.zeros(topology.n, dtype=bool)
     on_loop[loop] = True
@@ -326,12 +328,12 @@ class Residual:
     holonomy: HolonomyResidual
 
     @cached_property
-    def largest(self) -> float:
+    def max_magnitude(self) -> float:
         """Largest absolute value of all residuals: radians, logarithms, and closure errors."""
-        return max(self.at_vertices, largest_magnitude(np.abs(self.holonomy.gap)))
+        return max(self.max_magnitude_without_holonomy, largest_magnitude(np.abs(self.holonomy.gap)))
 
     @cached_property
-    def at_vertices(self) -> float:
+    def max_magnitude_without_holonomy(self) -> float:
         """Largest absolute residual of the vertex, wheel and triangle constraints."""
         families = (self.vertex, self.wheel, self.triangle)
         return max(map(largest_magnitude, families))
@@ -364,5 +366,5 @@ def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None
         triangle=triangle,  # residual of eq. 6
         turning=turning,
         log_ratio=log_ratio,
-        holonomy=holonomy_residual(topology, turning, log_ratio, paths, fan_sums),
+        holonomy=compute_holonomy_residual(topology, turning, log_ratio, paths, fan_sums),
     )

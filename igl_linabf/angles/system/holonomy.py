@@ -16,7 +16,7 @@ from ...surface import NEXT, PREV
 from .constraints import Constraints, HolonomyResidual
 from .patterns import Symmetric, solve_pairs
 from .reduced_system import System
-from .schur_columns import Border, NarrowMatrix, SchurColumns, narrow_matrix, solve_border
+from .schur_columns import Border, NarrowMatrix, SchurColumns, build_narrow_matrix, solve_for_columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class HolonomyRows:
     row_pairs: sparse.csr_array
 
     @classmethod
-    def of(cls, system: System, drawn: HolonomyResidual) -> HolonomyRows:
+    def from_system(cls, system: System, drawn: HolonomyResidual) -> HolonomyRows:
         """Return the rows of the holonomy constraints at the angles of a system."""
         topology, constraints, cot = system.topology, system.constraints, system.cot
         paths, n_faces = constraints.paths, topology.corner.shape[1]
@@ -93,12 +93,12 @@ class HolonomyRows:
         return cls(constraints, drawn, faces, transposed, pairs, row_pairs)
 
     @property
-    def size(self) -> int:
+    def n_constraints(self) -> int:
         """Number of holonomy constraints, which are the rows of T."""
         return int(self.transposed.shape[1])
 
     @property
-    def vertices(self) -> BoolArray:
+    def vertex_mask(self) -> BoolArray:
         """Mask, (#V,), of the vertices whose fans the rows sum over."""
         corner = self.constraints.topology.corner
         summed = np.zeros(self.constraints.topology.n, dtype=bool)
@@ -107,32 +107,34 @@ class HolonomyRows:
             summed[corner.ravel()[path.corner]] = True
         return summed
 
-    def gap(self, drawn: HolonomyResidual, vertex: FloatArray) -> FloatArray:
+    def compute_residuals(self, drawn: HolonomyResidual, vertex: FloatArray) -> FloatArray:
         """Return the residuals of the constraint rows, (#T,), at the given angles.
 
         `vertex` are the residuals of the vertex constraints at these angles.
         """
-        prescribed = prescribed_sites(self.constraints, self.drawn)
+        prescribed = mask_prescribed_sites(self.constraints, self.drawn)
         rows = self.constraints.row[self.drawn.site[prescribed]]
         gap = drawn.gap.copy()
         np.subtract.at(gap, self.drawn.row[prescribed], 1j * self.drawn.q[prescribed] * vertex[rows])
         return np.column_stack((gap.real, gap.imag)).ravel()[self.drawn.constrained.ravel()]
 
-    def times(self, e: FloatArray) -> FloatArray:
+    def multiply(self, e: FloatArray) -> FloatArray:
         """Multiply the holonomy rows T by angle errors e, (3, #F)."""
         return np.asarray(self.transposed.T @ e[:, self.faces].T.ravel())
 
-    def at_sites(self, y: FloatArray) -> FloatArray:
+    def multipliers_at_sites(self, y: FloatArray) -> FloatArray:
         """Return the multipliers of the vertex and wheel rows of each site, (#V + #paths, 2), in T^T y."""
         drawn, both = self.drawn, np.zeros(self.drawn.constrained.size)
         both[drawn.constrained.ravel()] = y
         product = drawn.q * (both[0::2] - 1j * both[1::2])[drawn.row]
         x = np.zeros((self.constraints.topology.n + len(self.constraints.paths), 2))
-        own = np.where(prescribed_sites(self.constraints, drawn), 0.0, 1.0)
+        own = np.where(mask_prescribed_sites(self.constraints, drawn), 0.0, 1.0)
         x[drawn.site, 0], x[drawn.site, 1] = own * product.imag, -product.real
         return x
 
-    def in_metric(self, metric: Callable[[IntArray], FloatArray]) -> tuple[Border, FloatArray, NarrowMatrix]:
+    def build_border(
+        self, metric: Callable[[IntArray], FloatArray]
+    ) -> tuple[Border, FloatArray, NarrowMatrix]:
         """Return the border M P T^T, the block T P T^T, and P T^T on the faces of the rows, for a metric P.
 
         `metric` returns the element matrices of P.
@@ -144,7 +146,7 @@ class HolonomyRows:
         return Border(self.pairs, self.row_pairs @ product), D, product
 
 
-def prescribed_sites(constraints: Constraints, drawn: HolonomyResidual) -> BoolArray:
+def mask_prescribed_sites(constraints: Constraints, drawn: HolonomyResidual) -> BoolArray:
     """Return a mask of the sites whose vertex row is a row of M because their angle sum is prescribed."""
     row = np.append(constraints.row, np.full(len(constraints.paths), -1))
     return np.asarray(row[drawn.site] >= constraints.wheels)
@@ -167,7 +169,7 @@ def _transposed_rows(
     found = np.flatnonzero(at >= 0)
     at, error, wheel, value = at[found], error[found], wheel[found], value[found]
     q, gap = drawn.q[at], drawn.row[at]
-    own = np.where(prescribed_sites(constraints, drawn), 0.0, 1.0)[at]
+    own = np.where(mask_prescribed_sites(constraints, drawn), 0.0, 1.0)[at]
     real = np.where(wheel, -q.real, own * q.imag) * value
     imaginary = np.where(wheel, -q.imag, -own * q.real) * value
     constrained = drawn.constrained.ravel()
@@ -175,7 +177,7 @@ def _transposed_rows(
     column = np.append(2 * gap, 2 * gap + 1)
     chosen = np.flatnonzero(constrained[column])
     entries = np.append(real, imaginary)[chosen], np.append(error, error)[chosen], number[column[chosen]]
-    return narrow_matrix(*entries, (3 * n_faces, int(np.count_nonzero(constrained))))
+    return build_narrow_matrix(*entries, (3 * n_faces, int(np.count_nonzero(constrained))))
 
 
 class HolonomyConstraints:
@@ -197,23 +199,23 @@ class HolonomyConstraints:
 
     def __init__(self, system: System, drawn: HolonomyResidual, *, conformal: bool = False) -> None:
         """Set up the border B and D; with `conformal`, the metric P is the conformal metric s K."""
-        self.rows = HolonomyRows.of(system, drawn)
-        metric = system.conformal if conformal else system.projection
-        self.B, self.D, self._errors = self.rows.in_metric(metric)
-        self._n = 2 * system.constraints.n
+        self.rows = HolonomyRows.from_system(system, drawn)
+        metric = system.conformal_matrices if conformal else system.projection_matrices
+        self.B, self.D, self._errors = self.rows.build_border(metric)
+        self._n = 2 * system.constraints.n_rows
 
     def matvec(self, S: Solve, z: FloatArray) -> FloatArray:
         """Multiply the bordered matrix by z, given the product with S."""
         x, y = z[: self._n], z[self._n :]
-        product = np.concatenate((S(x), self.B.transposed_times(x) + self.D @ y))
-        product[self.B.rows] += self.B.values @ y
+        product = np.concatenate((S(x), self.B.multiply_transposed(x) + self.D @ y))
+        product[self.B.row_indices] += self.B.values @ y
         return product
 
-    def errors(self, y: FloatArray) -> tuple[IntArray, FloatArray]:
+    def compute_angle_errors(self, y: FloatArray) -> tuple[IntArray, FloatArray]:
         """Return the angle errors P T^T y: the faces where they are not zero, and the values, (3, #faces)."""
         return self.rows.faces, (self._errors @ y).reshape(-1, 3).T
 
-    def solver(self, inner: Solve) -> Solve:
+    def make_solver(self, inner: Solve) -> Solve:
         """Return a solver of the bordered system, given a solver `inner` of its first block, (2 #rows, k).
 
         Raises
@@ -221,13 +223,13 @@ class HolonomyConstraints:
         NotPositiveDefiniteError
             The rows are linearly dependent.
         """
-        columns = self._columns(inner)
-        return self._bordered_solver(inner, columns, columns.schur)
+        columns = self._solve_for_columns(inner)
+        return self._make_bordered_solver(inner, columns, columns.schur)
 
-    def preconditioner(
+    def make_preconditioner(
         self, system: System, inverse: Solve, S: Symmetric | None, known: SchurColumns | None = None
     ) -> tuple[Solve, SchurColumns]:
-        """Return a preconditioner of the bordered system, given the `inverse` of `laplacian_inverse`, and C.
+        """Return a preconditioner of the bordered system, given the `inverse` of `factor_laplacians`, and C.
 
         C = diag(L_s, L_s)^-1 B of the conformal metric. The rows T - C^T M close the same loops as T, and are
         orthogonal to M in the conformal metric. Therefore, they are solved separately, with the matrix D -
@@ -243,31 +245,35 @@ class HolonomyConstraints:
         """
 
         inner = partial(solve_pairs, inverse)
-        n, drawn = self.rows.constraints.n, self.rows.drawn
+        n, drawn = self.rows.constraints.n_rows, self.rows.drawn
         if S is None:
-            columns = self._columns(inner)
-            return self._bordered_solver(inner, columns, columns.schur), columns
+            columns = self._solve_for_columns(inner)
+            return self._make_bordered_solver(inner, columns, columns.schur), columns
         if known is not None and known.is_reusable(drawn):
             columns = known
         else:
-            columns = solve_border(inner, *self.rows.in_metric(system.conformal)[:2], n, drawn)
+            columns = solve_for_columns(
+                inner, *self.rows.build_border(system.conformal_matrices)[:2], n, drawn
+            )
         if not drawn.constrained[len(drawn.constrained) - len(self.rows.constraints.paths) :, 1].any():
             try:
-                return self._bordered_solver(inner, columns, columns.schur), columns
+                return self._make_bordered_solver(inner, columns, columns.schur), columns
             except NotPositiveDefiniteError:
                 pass  # the approximation fails if the inverse is inexact or the scales s_t differ too much
         mixed = columns.transposed_times_border(self.B)
-        return self._bordered_solver(inner, columns, self.D - mixed - mixed.T + columns.galerkin(S)), columns
+        return self._make_bordered_solver(
+            inner, columns, self.D - mixed - mixed.T + columns.galerkin_product(S)
+        ), columns
 
-    def conformal_columns(self, inverse: Solve) -> SchurColumns:
+    def solve_conformal_columns(self, inverse: Solve) -> SchurColumns:
         """Return C = diag(L, L)^-1 B with D - B^T C, if the constraints use the conformal metric."""
-        return self._columns(partial(solve_pairs, inverse))
+        return self._solve_for_columns(partial(solve_pairs, inverse))
 
-    def _columns(self, inner: Solve) -> SchurColumns:
+    def _solve_for_columns(self, inner: Solve) -> SchurColumns:
         """Return A^-1 B for the border B, given a solver `inner` of A."""
-        return solve_border(inner, self.B, self.D, self.rows.constraints.n, self.rows.drawn)
+        return solve_for_columns(inner, self.B, self.D, self.rows.constraints.n_rows, self.rows.drawn)
 
-    def _bordered_solver(self, inner: Solve, columns: SchurColumns, schur: FloatArray) -> Solve:
+    def _make_bordered_solver(self, inner: Solve, columns: SchurColumns, schur: FloatArray) -> Solve:
         """Return a solver of the bordered system from its Schur complement."""
         try:
             factor = scipy.linalg.cho_factor((schur + schur.T) / 2)
@@ -276,7 +282,7 @@ class HolonomyConstraints:
 
         def solve(r: FloatArray) -> FloatArray:
             x = inner(r[: self._n, None])[:, 0]
-            y = scipy.linalg.cho_solve(factor, r[self._n :] - columns.transposed_times(r[: self._n]))
-            return np.concatenate((x - columns.times(y), y))
+            y = scipy.linalg.cho_solve(factor, r[self._n :] - columns.multiply_transposed(r[: self._n]))
+            return np.concatenate((x - columns.multiply(y), y))
 
         return solve

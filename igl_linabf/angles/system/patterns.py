@@ -35,7 +35,7 @@ class Symmetric:
         """Multiply the symmetric matrix by x."""
         return _core.block_product(*self.blocks, x)
 
-    def values(self) -> FloatArray:
+    def blocks_for_factorisation(self) -> FloatArray:
         """Return the blocks for a factorisation, (#blocks, 4), with complete diagonal blocks."""
         indptr, _, block = self.blocks
         made = block.copy()
@@ -43,7 +43,7 @@ class Symmetric:
         made[indptr[:-1]] += own[:, [0, 2, 1, 3]]
         return made
 
-    def whole(self) -> sparse.csr_array:
+    def to_sparse(self) -> sparse.csr_array:
         """Return the matrix as a sparse array with both triangles."""
         indptr, indices, block = self.blocks
         upper = sparse.bsr_array(
@@ -52,7 +52,7 @@ class Symmetric:
         return (upper + upper.T).tocsr()
 
 
-def with_identity(lower: sparse.csc_array, first: int) -> sparse.csc_array:
+def replace_rows_by_identity(lower: sparse.csc_array, first: int) -> sparse.csc_array:
     """Replace the rows and columns from `first` on by the identity, in the same pattern."""
     if first == lower.shape[0]:
         return lower
@@ -94,7 +94,7 @@ class Pattern:
         self._analyses: dict[tuple[Solvers, int], Analysis] = {}
         self.n, self.topology, self.row = n, topology, row
         # the lower triangle in CSC order is the upper triangle in CSR order
-        indptr, indices, self.slot = _core.symmetric_pattern(self.ends, n)
+        indptr, indices, self.slot = _core.symmetric_pattern(self.edge_rows, n)
         small = 8 * len(indices) < np.iinfo(np.int32).max
         index = np.int32 if small else np.int64
         self.indptr: IntArray = indptr.astype(index)
@@ -103,37 +103,37 @@ class Pattern:
         self._zero = sparse.csc_array((np.zeros(len(indices)), self.indices, self.indptr), shape=(n, n))
 
     @property
-    def ends(self) -> IntArray:
+    def edge_rows(self) -> IntArray:
         """Matrix rows of the two vertices of each edge, (2, #E) int64."""
         return self.row[self.topology.edges.T]
 
-    def analysis(self, solvers: Solvers, block: int = 1) -> Analysis:
+    def get_analysis(self, solvers: Solvers, block: int = 1) -> Analysis:
         """Return the cached analysis of matrices with `block` by `block` blocks in this pattern."""
         key = solvers, block
         if key not in self._analyses:
             self._analyses[key] = solvers.analyse(self.indptr, self.indices, block)
         return self._analyses[key]
 
-    def hermitian(self, entry: Array, diagonal: Array) -> sparse.csc_array:
+    def build_hermitian_matrix(self, entry: Array, diagonal: Array) -> sparse.csc_array:
         """Return the lower triangle of a Hermitian matrix.
 
         `entry`, (#E,), is the entry from the first to the second end of each edge.
         """
         pairs = np.flatnonzero(self.slot >= 0)
-        (i, j), entry = self.ends[:, pairs], entry[pairs]
+        (i, j), entry = self.edge_rows[:, pairs], entry[pairs]
         made = copy(self._zero)
         made.data = np.zeros(len(self.indices), dtype=np.result_type(entry, diagonal))
         np.add.at(made.data, self.slot[pairs], np.where(i > j, entry, entry.conj()))
         made.data[self.indptr[:-1]] += diagonal
         return made
 
-    def laplacian(self, weight: FloatArray) -> sparse.csc_array:
+    def build_laplacian(self, weight: FloatArray) -> sparse.csc_array:
         """Return the lower triangle of L in x^T L x = sum over edges of weight (x_i - x_j)^2.
 
         x is 0 at ends without a row.
         """
         made = copy(self._zero)
-        made.data = _core.laplacian_entries(self.indptr, self.slot, self.ends, weight)
+        made.data = _core.laplacian_entries(self.indptr, self.slot, self.edge_rows, weight)
         return made
 
     def fixed_vertex_terms(self, weight: FloatArray, z: Array) -> FloatArray:
@@ -141,9 +141,9 @@ class Pattern:
 
         z contains the complex positions of the fixed vertices, and zeros for free vertices.
         """
-        return _core.fixed_vertex_terms(self.ends, self.topology.edges, weight, z, self.n)
+        return _core.fixed_vertex_terms(self.edge_rows, self.topology.edges, weight, z, self.n)
 
-    def row_sums(self, rows: IntArray, values: FloatArray) -> FloatArray:
+    def sum_at_rows(self, rows: IntArray, values: FloatArray) -> FloatArray:
         """Sum `values` over their `rows`, ignoring row -1."""
         return sum_by_index(rows + 1, values, self.n + 1)[1:]
 
@@ -178,7 +178,7 @@ class RowSubset:
         self.indices = among[self.upper]
         self.indptr = np.append(0, np.cumsum(np.bincount(at[self.upper], minlength=len(pairs))))
 
-    def of(self, matrix: Symmetric) -> SubsetBlocks:
+    def extract_blocks(self, matrix: Symmetric) -> SubsetBlocks:
         """Return the blocks of `matrix` in the rows of the subset."""
         return SubsetBlocks(
             self, _core.gather_row_blocks(matrix.blocks[2], self.column, self._place, self._pair)
@@ -198,7 +198,7 @@ class SubsetBlocks:
     rows: RowSubset
     block: FloatArray
 
-    def values(self) -> FloatArray:
+    def blocks_for_factorisation(self) -> FloatArray:
         """Return the blocks of the principal submatrix for a factorisation."""
         return self.block[self.rows.upper]
 
@@ -206,6 +206,6 @@ class SubsetBlocks:
         """Return r - R^T x for the rows R of the subset; r may have additional entries."""
         return _core.subtract_rows(self.rows.start, self.rows.column, self.block, x, r)
 
-    def residual(self, r: FloatArray, z: FloatArray) -> FloatArray:
+    def compute_residual(self, r: FloatArray, z: FloatArray) -> FloatArray:
         """Return r - R z for the rows R of the subset, to which r is restricted."""
         return _core.row_residual(self.rows.start, self.rows.column, self.block, self.rows.pairs, r, z)

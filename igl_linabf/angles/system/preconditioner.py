@@ -11,7 +11,7 @@ from ... import _core
 from ..._types import FloatArray, Solve
 from ...linalg import Analysis, Factor, Solvers
 from .holonomy import HolonomyConstraints
-from .patterns import RowSubset, Symmetric, with_identity
+from .patterns import RowSubset, Symmetric, replace_rows_by_identity
 from .reduced_system import System
 
 MIN_SLIVER_RATIO = 10.0  # triangle t is a sliver from this eigenvalue ratio of P_t and s_t K_t
@@ -20,7 +20,7 @@ MIN_SLIVER_RATIO_OF_SMALL_SYSTEM = 1000.0
 LARGE_SYSTEM = 5_000  # minimum number of rows per disk of a large system
 
 
-def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_array) -> Factor:
+def factor_laplacians(system: System, laplacian: Analysis, lower: sparse.csc_array) -> Factor:
     """Return a solver of diag(L_s+, L_s) for right-hand sides, (#rows, 2 k).
 
     The first k right-hand sides belong to vertex constraints, the last k to wheel constraints. L_s+ covers
@@ -29,9 +29,9 @@ def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_arr
     `laplacian` has analysed.
     """
     vertex = laplacian.factor(lower.data)
-    if system.constraints.wheels == system.constraints.n:
+    if system.constraints.wheels == system.constraints.n_rows:
         return vertex
-    wheel = laplacian.factor(with_identity(lower, system.constraints.wheels).data)
+    wheel = laplacian.factor(replace_rows_by_identity(lower, system.constraints.wheels).data)
 
     def solve_pairs(pairs: FloatArray) -> FloatArray:
         k = pairs.shape[1] // 2
@@ -55,7 +55,7 @@ class Slivers:
     analysis: Analysis | None = None
 
     @classmethod
-    def of(cls, system: System, S: Symmetric, solvers: Solvers) -> Slivers:
+    def find(cls, system: System, S: Symmetric, solvers: Solvers) -> Slivers:
         """Find the slivers of a system.
 
         A triangle is a sliver if the ratio of the eigenvalues of P_t and s_t K_t is large. The limit is lower
@@ -63,7 +63,7 @@ class Slivers:
         """
         constraints, corner = system.constraints, system.topology.corner
         largest = MIN_SLIVER_RATIO
-        if constraints.n < LARGE_SYSTEM * max(system.topology.n_outer, 1):
+        if constraints.n_rows < LARGE_SYSTEM * max(system.topology.n_outer, 1):
             largest = MIN_SLIVER_RATIO_OF_SMALL_SYSTEM
         elif constraints.prescribes_sums:
             largest = MIN_SLIVER_RATIO / 2  # lower, because many steps reuse the correction
@@ -87,10 +87,13 @@ def correct_at_slivers(
     """
     if slivers.rows is None or slivers.analysis is None:
         return conformal
-    blocks, pairs = slivers.rows.of(S), slivers.rows.pairs  # also columns of S, which is symmetric
-    local = slivers.analysis.factor(blocks.values()).solve
+    blocks, pairs = (
+        slivers.rows.extract_blocks(S),
+        slivers.rows.pairs,
+    )  # also columns of S, which is symmetric
+    local = slivers.analysis.factor(blocks.blocks_for_factorisation()).solve
     index, n = (2 * pairs[:, None] + np.arange(2)).ravel(), S.size
-    border = None if holonomy is None else holonomy.B.row_subset(index)
+    border = None if holonomy is None else holonomy.B.select_rows(index)
 
     def apply(r: FloatArray) -> FloatArray:
         first = local(r[index])
@@ -99,7 +102,7 @@ def correct_at_slivers(
             left[n:] -= border.T @ first
         z = conformal(left)
         z[index] += first
-        rest = blocks.residual(r, z)
+        rest = blocks.compute_residual(r, z)
         if border is not None:
             rest -= border @ z[n:]
         z[index] += local(rest)

@@ -19,7 +19,7 @@ FEW_COLUMNS = 64  # store matrices with more columns as sparse matrices
 NarrowMatrix: TypeAlias = "FloatArray | sparse.csr_array"
 
 
-def narrow_matrix(
+def build_narrow_matrix(
     values: FloatArray, row: IntArray, column: IntArray, shape: tuple[int, int]
 ) -> NarrowMatrix:
     """Return a matrix from its entries, dense if it has few columns; duplicate entries are added."""
@@ -44,7 +44,7 @@ class Border:
     values: NarrowMatrix
 
     @cached_property
-    def rows(self) -> IntArray:
+    def row_indices(self) -> IntArray:
         """The indices of the rows that may have entries."""
         return (2 * self.pairs[:, None] + np.arange(2)).ravel()
 
@@ -53,21 +53,21 @@ class Border:
         """The transpose of `values`."""
         return self.values.T
 
-    def transposed_times(self, x: FloatArray) -> FloatArray:
+    def multiply_transposed(self, x: FloatArray) -> FloatArray:
         """Multiply the transposed border B^T by x."""
-        return np.asarray(self.transposed @ x[self.rows])
+        return np.asarray(self.transposed @ x[self.row_indices])
 
-    def dense(self, n: int) -> FloatArray:
+    def to_dense(self, n: int) -> FloatArray:
         """Return B as a dense array with all 2 n rows."""
         made = np.zeros((2 * n, self.values.shape[1]))
-        made[self.rows] = self.values if isinstance(self.values, np.ndarray) else self.values.toarray()
+        made[self.row_indices] = self.values if isinstance(self.values, np.ndarray) else self.values.toarray()
         return made
 
-    def row_subset(self, index: IntArray) -> sparse.csr_array:
+    def select_rows(self, index: IntArray) -> sparse.csr_array:
         """Return the rows of B with the given indices."""
-        place = np.minimum(np.searchsorted(self.rows, index), len(self.rows) - 1)
-        found = np.flatnonzero(self.rows[place] == index)
-        shape = len(index), len(self.rows)
+        place = np.minimum(np.searchsorted(self.row_indices, index), len(self.row_indices) - 1)
+        found = np.flatnonzero(self.row_indices[place] == index)
+        shape = len(index), len(self.row_indices)
         chosen = sparse.csr_array((np.ones(len(found)), (found, place[found])), shape=shape)
         return sparse.csr_array(chosen @ self.values)
 
@@ -96,11 +96,11 @@ class SchurColumns:
         same = np.array_equal(drawn.constrained, known.constrained)
         return same and float(np.abs(q - known.q).max()) <= LOOP_CHANGE * float(np.abs(q).max())
 
-    def times(self, y: FloatArray) -> FloatArray:
+    def multiply(self, y: FloatArray) -> FloatArray:
         """Multiply the Schur columns C by y."""
         return np.asarray(y @ self.columns)
 
-    def transposed_times(self, r: FloatArray) -> FloatArray:
+    def multiply_transposed(self, r: FloatArray) -> FloatArray:
         """Multiply the transposed Schur columns C^T by r."""
         return np.asarray(self.columns @ r)
 
@@ -108,21 +108,23 @@ class SchurColumns:
         """Multiply the transposed Schur columns C^T by the border B."""
         return _times_border(self.columns, B)
 
-    def galerkin(self, S: Symmetric) -> FloatArray:
+    def galerkin_product(self, S: Symmetric) -> FloatArray:
         """Return the Galerkin product C^T S C of the reduced matrix S and the Schur columns C."""
-        return np.array([self.transposed_times(S.matvec(column)) for column in self.columns])
+        return np.array([self.multiply_transposed(S.matvec(column)) for column in self.columns])
 
-    def vertex_rows(self, rows: IntArray) -> FloatArray:
+    def select_vertex_rows(self, rows: IntArray) -> FloatArray:
         """Return the rows of C of some vertex constraints, (#rows, size)."""
         return self.columns[:, 2 * rows].T
 
 
-def solve_border(inner: Solve, B: Border, D: FloatArray, n: int, drawn: HolonomyResidual) -> SchurColumns:
+def solve_for_columns(
+    inner: Solve, B: Border, D: FloatArray, n: int, drawn: HolonomyResidual
+) -> SchurColumns:
     """Return the Schur columns A^-1 B of a border B, given a solver `inner` of A; both have 2 n rows."""
-    columns = np.ascontiguousarray(inner(B.dense(n)).T)
+    columns = np.ascontiguousarray(inner(B.to_dense(n)).T)
     return SchurColumns(columns, drawn, D - _times_border(columns, B))
 
 
 def _times_border(columns: FloatArray, B: Border) -> FloatArray:
     """Return C^T B for the columns of C, (size, 2 #rows)."""
-    return np.asarray((B.transposed @ columns[:, B.rows].T).T)
+    return np.asarray((B.transposed @ columns[:, B.row_indices].T).T)

@@ -83,7 +83,7 @@ class Problem:
     @property
     def start(self) -> State:
         """The state at the initial estimate."""
-        return State(self.angles, self.angles.start)
+        return State(self.angles, self.angles.initial_iterate)
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,7 +221,9 @@ def build_result(
     note, attempts = best.note, list[Attempt]()
     for made in results:
         flips = None if made.layout is None else len(made.flipped)
-        attempts.append(Attempt(made.stage, made.status, flips, made.state.at.residual.largest, made.detail))
+        attempts.append(
+            Attempt(made.stage, made.status, flips, made.state.at.residual.max_magnitude, made.detail)
+        )
         # notes are about the iterations for target angles; injective and isometric maps have other angles
         if best.stage not in ("injective", "isometric"):
             note = note or made.note
@@ -231,8 +233,8 @@ def build_result(
             layout.solver,
             area_scale_ratio(mesh, z),
             flipped,
-            at.residual.largest,
-            np.flatnonzero(angles.invalid(at)),
+            at.residual.max_magnitude,
+            np.flatnonzero(angles.mask_invalid_triangles(at)),
             best.converged,
             note,
             0 if problem.pinned is None else len(problem.pinned[0]),
@@ -246,7 +248,7 @@ def build_result(
         outcome=outcome,
         message=message + best.remark,
         flipped=flipped,
-        before=Residuals.of(angles.start.residual),
+        before=Residuals.of(angles.initial_iterate.residual),
         after=Residuals.of(at.residual),
         holes=Hole.all_of(problem.mesh, at.residual),
         seconds=seconds,
@@ -256,7 +258,7 @@ def build_result(
             steps=results[-1].state.steps,
             gap=layout.gap,
             layout=layout.method,
-            solver=results[-1].state.how,
+            solver=results[-1].state.solver_name,
             layout_solver=layout.solver,
             boundary=problem.shape.name,
             corners=problem.mesh.vertices[problem.shape.corners],

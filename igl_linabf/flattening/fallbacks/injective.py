@@ -29,7 +29,7 @@ def injective_map(problem: Problem, earlier: StageResults) -> StageResult:
             detail = "no embedding without flipped triangles inside this boundary was found"
             return StageResult("injective", last.state, Status.NO_VALID_START, detail)
         z, how = found
-        state = replace(last.state, at=problem.angles.at(flat_angles(z, mesh.topology.corner)))
+        state = replace(last.state, at=problem.angles.evaluate(flat_angles(z, mesh.topology.corner)))
         inside = replace(layout, z=z, method="embedding", solver=how)
         return StageResult("injective", state, layout=inside)
     with time_stage("injective"):
@@ -41,7 +41,7 @@ def injective_map(problem: Problem, earlier: StageResults) -> StageResult:
     if pinned is not None and held:
         z, missed = draw_to_pins(mesh, made.z, 0.0, pinned, problem.angles.solvers)
     how = f"igl's SLIM, {format_count(made.iterations, 'iteration')} from {made.start}"
-    state = replace(last.state, at=problem.angles.at(flat_angles(z, mesh.topology.corner)))
+    state = replace(last.state, at=problem.angles.evaluate(flat_angles(z, mesh.topology.corner)))
     slim = replace(layout, z=z, method="SLIM", solver=how)
     return replace(StageResult("injective", state, layout=slim), **_report_missed_pins(missed))
 
@@ -59,7 +59,7 @@ def isometric_map(
     flipped = flipped_faces(made.z, mesh.topology.corner)
     start = layout.solver if layout.method == "SLIM" else f"the map of the {best.stage}"
     how = describe_newton(made.steps, start, made.energy)
-    state = replace(last.state, at=problem.angles.at(flat_angles(made.z, mesh.topology.corner)))
+    state = replace(last.state, at=problem.angles.evaluate(flat_angles(made.z, mesh.topology.corner)))
     note = "" if made.stalled else f"the energy still falls after {made.steps} steps"
     placed = replace(layout, z=made.z, method="isometric", solver=how)
     result = StageResult("isometric", state, note=note, layout=placed, flipped=flipped)

@@ -12,13 +12,13 @@ from ..._runtime import advance, time_stage
 from ...angles import (
     AbfResult,
     Iterate,
-    active_set,
     converge,
     converge_feasibly,
     iterate_to_prescribed_sums,
     iterate_with_corrections,
-    linear_step,
-    step_and_chord,
+    run_active_set,
+    take_linear_step,
+    take_step_and_chord,
 )
 from ...errors import FallbackWarning, SingularSystemError, format_count, some, stack_level
 from ...layouts import MAX_BOUNDARY_GAP, Boundary, LayoutOptions, develop_boundary, lay_out
@@ -44,7 +44,7 @@ def add_layout(problem: Problem, made: StageResult, boundary: Boundary | None = 
     mesh, angles, at, lin = problem.mesh, problem.angles, made.state.at, made.state.lin
     cut = problem.own is not angles.constraints
     with time_stage("layout"):
-        alpha, invalid = at.alpha, angles.invalid(at)
+        alpha, invalid = at.alpha, angles.mask_invalid_triangles(at)
         if invalid.any():
             warnings.warn(
                 f"the target angles of faces {some(np.flatnonzero(invalid))} are not within (0, pi): "
@@ -57,7 +57,7 @@ def add_layout(problem: Problem, made: StageResult, boundary: Boundary | None = 
         try:
             layout = lay_out(
                 problem.own,
-                at if same else Iterate.of(problem.own, alpha),
+                at if same else Iterate.from_angles(problem.own, alpha),
                 LayoutOptions(problem.layout, problem.pinned, mesh.area, problem.shape.corners[:2]),
                 angles.solvers,
                 None if lin is None or cut else lin.laplacian,
@@ -84,13 +84,13 @@ def solve_one_system(problem: Problem, earlier: StageResults, rtol: float | None
     enough = rtol or STEP_AND_CHORD_RTOL
     state, holes = problem.start, len(problem.mesh.topology.loops) > 1
     boundary: Boundary | None = None
-    if state.at.residual.largest > tol:
+    if state.at.residual.max_magnitude > tol:
         if not holes:
-            state = step_and_chord(state, enough, tol).state
+            state = take_step_and_chord(state, enough, tol).state
         else:
-            state = linear_step(state, enough, close=False, first_rtol=enough**2)
+            state = take_linear_step(state, enough, close=False, first_rtol=enough**2)
             if not state.steps[-1].limited:  # a limited step ends this stage
-                state = linear_step(state, enough, same_factor=True)
+                state = take_linear_step(state, enough, same_factor=True)
         if state.steps and not state.steps[0].limited:
             if holes:
                 gap, allowed = float(np.abs(state.at.residual.holonomy.gap).max()), LARGEST_HOLE_GAP
@@ -106,7 +106,7 @@ def solve_one_system(problem: Problem, earlier: StageResults, rtol: float | None
                 f"a full step would make an angle of {format_count(limited, 'triangle')} zero or negative"
             )
             return StageResult("linear step", state.without_factors(), Status.CUT_SHORT, detail)
-    reached = state.at.residual.largest <= tol
+    reached = state.at.residual.max_magnitude <= tol
     return add_layout(problem, StageResult("linear step", state, converged=reached), boundary)
 
 
@@ -114,9 +114,9 @@ def iterate_active_set(
     problem: Problem, earlier: StageResults, rtol: float, tol: float, max_steps: int
 ) -> StageResult:
     """Take active-set steps from the initial estimate (section 6 of the paper)."""
-    state = active_set(problem.start, rtol, tol, max_steps).without_factors()
+    state = run_active_set(problem.start, rtol, tol, max_steps).without_factors()
     name: StageName = "active set" if len(state.steps) > 1 else "linear step"
-    return add_layout(problem, StageResult(name, state, converged=state.at.residual.largest <= tol))
+    return add_layout(problem, StageResult(name, state, converged=state.at.residual.max_magnitude <= tol))
 
 
 def continue_active_set(
@@ -130,9 +130,9 @@ def continue_active_set(
     if problem.angles.safeguard:
         state = iterate_with_corrections(state, rtol, tol, most, CONTINUED_RTOL)
     else:
-        state = active_set(state, rtol or ACTIVE_SET_RTOL, tol, most)
+        state = run_active_set(state, rtol or ACTIVE_SET_RTOL, tol, most)
     state = state.without_factors()
-    reached = state.at.residual.largest <= tol
+    reached = state.at.residual.max_magnitude <= tol
     failed = f"the iterations did not converge within {most} steps"
     note = "further iterations flip more triangles" if reached else failed
     return add_layout(problem, StageResult("active set", state, converged=reached, note=note))
@@ -143,7 +143,7 @@ def reach_prescribed_sums(problem: Problem, earlier: StageResults, rtol: float, 
     # the outer loop is always laid out on its circle, but the loops of holes need a smaller residual
     enough = {"circle": max(tol, BOUNDARY_TOL), "circles": tol / 10}.get(problem.shape.name, tol)
     state = iterate_to_prescribed_sums(problem.start, rtol, enough, MAX_STEPS_TO_SUMS).without_factors()
-    reached = state.at.residual.largest <= enough
+    reached = state.at.residual.max_magnitude <= enough
     note = "" if reached else f"the iterations did not converge within {MAX_STEPS_TO_SUMS} steps"
     whole = problem.mesh if problem.ears is None else problem.ears.whole
     if not reached and len(chords := find_chords(whole.topology)):
@@ -158,7 +158,7 @@ def run_anchored_abf(
     """Run converged ABF by anchored steps; return None for meshes with more than `largest` triangles."""
     if not problem.angles.safeguard or len(problem.mesh.double_area) > largest:
         return None
-    result = converge(earlier[-1].state.back_to_start() if earlier else problem.start, tol)
+    result = converge(earlier[-1].state.reset_to_estimate() if earlier else problem.start, tol)
     if not result.converged:
         failed = "the iterations do not converge"
         return StageResult("converged abf", result.state, Status.DIVERGED, failed)
@@ -201,7 +201,7 @@ def _with_abf_layout(
     made = StageResult(
         stage,
         result.state,
-        converged=result.converged or result.state.at.residual.largest <= residual_tol,
+        converged=result.converged or result.state.at.residual.max_magnitude <= residual_tol,
         note="converged ABF did not converge in its feasible form",
         remark=remark if len(held) else "",
     )

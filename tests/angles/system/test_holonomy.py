@@ -18,12 +18,12 @@ from igl_linabf.angles import (
     State,
     System,
     build_constraints,
+    compute_holonomy_residual,
     corner_angles,
-    holonomy_residual,
     initial_estimate,
-    linear_step,
     linearise,
     residual,
+    take_linear_step,
 )
 from igl_linabf.flattening import Flattening, Outcome
 from igl_linabf.layouts import layout
@@ -96,7 +96,7 @@ def test_the_rows_of_the_border_are_the_derivative_of_the_gap() -> None:
     h = 1e-6
     gaps = [residual(constraints, alpha + d * e).holonomy.gap for d in (h, -h)]
     numeric = (gaps[0] - gaps[1]) / (2 * h)
-    exact = border.rows.times(e).reshape(-1, 2) @ [1, 1j]
+    exact = border.rows.multiply(e).reshape(-1, 2) @ [1, 1j]
     # the rows neglect that the gap of an open loop depends on its length and on its starting vertex
     slack = 3 * np.abs(holonomy.gap) * np.abs(e).max() * max(map(len, topology.loops[1:]))
     assert (np.abs(numeric - exact) <= 1e-6 + slack).all()
@@ -109,7 +109,7 @@ def test_developed_loops_do_not_depend_on_their_starting_vertex() -> None:
     turned = planar_mesh(mesh.V, mesh.faces)
     loops = (turned.topology.loops[0], *(np.roll(loop, 3) for loop in turned.topology.loops[1:]))
     object.__setattr__(turned.topology, "loops", loops)
-    again = holonomy_residual(turned.topology, missing.turning, missing.log_ratio)
+    again = compute_holonomy_residual(turned.topology, missing.turning, missing.log_ratio)
     assert np.allclose(np.abs(again.gap), np.abs(missing.holonomy.gap), atol=1e-12)
 
 
@@ -118,17 +118,17 @@ def build_bordered_system() -> Linearisation:
     mesh = planar_mesh(*surface("wavy plate"))
     estimate = initial_estimate(mesh.topology, corner_angles(mesh))
     problem = AngleProblem(build_constraints(mesh.topology), estimate, Solvers("auto"))
-    state = linear_step(State(problem, problem.start), 1e-3, close=False)
+    state = take_linear_step(State(problem, problem.initial_iterate), 1e-3, close=False)
     return linearise(problem, state.at, reuse=state.lin)
 
 
 def test_the_bordered_system_agrees_with_its_definition() -> None:
     lin = build_bordered_system()
     system, border = lin.system, lin.holonomy
-    z = np.random.default_rng(1).normal(size=2 * lin.problem.constraints.n + border.rows.size)
-    e = system.project(system.at_corners(lin.at_corners(z)))
-    expected = np.concatenate((system.rows(e).ravel(), border.rows.times(e)))
-    assert np.abs(lin.product(z) - expected).max() <= 1e-10 * np.abs(expected).max()
+    z = np.random.default_rng(1).normal(size=2 * lin.problem.constraints.n_rows + border.rows.n_constraints)
+    e = system.project(system.multiply_transposed(lin.multipliers_at_corners(z)))
+    expected = np.concatenate((system.compute_constraint_changes(e).ravel(), border.rows.multiply(e)))
+    assert np.abs(lin.multiply(z) - expected).max() <= 1e-10 * np.abs(expected).max()
 
 
 def test_in_the_conformal_metric_the_bordered_system_is_solved_exactly() -> None:
@@ -136,12 +136,12 @@ def test_in_the_conformal_metric_the_bordered_system_is_solved_exactly() -> None
     constraints, alpha = lin.problem.constraints, np.sqrt(lin.system.w)
     system = System(constraints, alpha, scaled=False)
     border = HolonomyConstraints(system, residual(constraints, alpha).holonomy, conformal=True)
-    z = np.random.default_rng(1).normal(size=2 * lin.problem.constraints.n + border.rows.size)
-    y = system.at_corners(lin.at_corners(z))
-    e = np.einsum("tij,jt->it", system.conformal(np.arange(y.shape[1])), y)
-    r = np.concatenate((system.rows(e).ravel(), border.rows.times(e)))
-    L = Solvers().factor(system.laplacian())
-    solve, _ = border.preconditioner(system, L.solve, None)
+    z = np.random.default_rng(1).normal(size=2 * lin.problem.constraints.n_rows + border.rows.n_constraints)
+    y = system.multiply_transposed(lin.multipliers_at_corners(z))
+    e = np.einsum("tij,jt->it", system.conformal_matrices(np.arange(y.shape[1])), y)
+    r = np.concatenate((system.compute_constraint_changes(e).ravel(), border.rows.multiply(e)))
+    L = Solvers().factor(system.build_laplacian())
+    solve, _ = border.make_preconditioner(system, L.solve, None)
     assert np.abs(solve(r) - z).max() <= 1e-7 * np.abs(z).max()
 
 
