@@ -272,13 +272,19 @@ for depth in (90, 500, 100_000):
         return write_gltf(folder, text.replace('"extras": 0', '"extras": ' + "[" * depth + "]" * depth))
 
 
-@register_attack("glTF: an image of 60,000 x 60,000 pixels", "right, without images")
-def _(folder: Path) -> Path:
-    uri = "data:image/png;base64," + base64.b64encode(png(60_000, 60_000)).decode()
+def write_textured_gltf(folder: Path, image: bytes) -> Path:
+    uri = "data:image/png;base64," + base64.b64encode(image).decode()
     material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
     text = make_gltf_text(images=[{"uri": uri}], textures=[{"source": 0}], materials=[material])
     text["meshes"][0]["primitives"][0]["material"] = 0
     return write_gltf(folder, text)
+
+
+POSTSCRIPT = b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n%%EndComments\nshowpage\n"
+for what, image in (("60,000 x 60,000 pixels", png(60_000, 60_000)), ("PostScript", POSTSCRIPT)):
+    register_attack(f"glTF: an image of {what}", "right, without images")(
+        partial(write_textured_gltf, image=image)
+    )
 
 
 CONTROL = "\x1b]0;pwned\x07\r\n\u202e"

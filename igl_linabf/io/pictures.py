@@ -14,6 +14,8 @@ from .._types import FloatArray
 from ..errors import MemoryLimitError, MeshError
 from ..linalg import has_free_memory
 
+# Pillow formats of textures, without EPS and WMF: Pillow decodes them by other programs.
+FORMATS = ("AVIF", "BMP", "DDS", "GIF", "JPEG", "JPEG2000", "PNG", "PPM", "PSD", "SGI", "TGA", "TIFF", "WEBP")
 PIXEL_MODES = {"1": 1, "L": 255, "LA": 255, "RGB": 255, "RGBA": 255, "I;16": 65535}  # largest pixel values
 PIXEL_BYTES = 40  # estimated bytes of memory per pixel while an image is read
 VALUES_AT_ONCE = 1 << 22  # number of values to convert at a time, to bound the memory
@@ -37,6 +39,14 @@ def make_image(image: ArrayLike) -> Any:
     return Image.fromarray(np.ascontiguousarray(bytes_[:, :, 0] if pixels.shape[2] == 1 else bytes_))
 
 
+def _open_image(data: bytes) -> Any:
+    """Return the Pillow image of a file in one of the `FORMATS`."""
+    from PIL import Image
+
+    Image.init()
+    return Image.open(BytesIO(data), formats=[kind for kind in FORMATS if kind in Image.OPEN])
+
+
 def decode_image(data: bytes, name: str) -> FloatArray:
     """Decode the bytes of an image file to pixels (#rows, #columns, 1 to 4) from 0 to 1.
 
@@ -48,7 +58,7 @@ def decode_image(data: bytes, name: str) -> FloatArray:
     from PIL import Image, UnidentifiedImageError
 
     try:
-        with Image.open(BytesIO(data)) as file:
+        with _open_image(data) as file:
             if not has_free_memory(
                 PIXEL_BYTES * file.width * file.height
             ):  # a small file may announce many pixels
@@ -80,8 +90,8 @@ def measure_image(data: bytes, name: str) -> tuple[int, int]:
     from PIL import Image
 
     try:
-        with Image.open(BytesIO(data)) as file:
-            return file.size
+        with _open_image(data) as file:
+            return int(file.width), int(file.height)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise MeshError(f"{name} cannot be read as an image ({error}): write it as PNG") from None
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 from dataclasses import replace
 from pathlib import Path
 
@@ -140,3 +141,30 @@ def test_a_failure_leaves_the_old_segment_and_nothing_else(folder: Path) -> None
         write_tifxyz(folder, broken, force=True)
     assert [path.name for path in folder.parent.iterdir()] == ["segment"]
     assert json.loads((folder / "meta.json").read_text(encoding="utf-8")) == before
+
+
+def test_an_image_that_announces_more_than_the_memory_is_refused(folder: Path) -> None:
+    data = bytearray((folder / "x.tif").read_bytes())
+    (start,) = struct.unpack_from("<I", data, 4)
+    (number,) = struct.unpack_from("<H", data, start)
+    for entry in range(start + 2, start + 2 + 12 * number, 12):
+        if struct.unpack_from("<H", data, entry)[0] in (256, 257, 278):  # width, height, rows per strip
+            struct.pack_into("<HII", data, entry + 2, 4, 1, 2_000_000)
+    (folder / "x.tif").write_bytes(data)
+    with pytest.raises(MeshError, match=r"x\.tif cannot be read as TIFF: its 4,000,000,000,000 samples"):
+        read_tifxyz(folder)
+
+
+def test_an_image_does_not_lead_to_another_file(folder: Path) -> None:
+    x = read_tifxyz(folder).points[..., 0]
+    rows, columns = x.shape
+    tifffile.imwrite(folder.parent / "other.tif", np.full((rows, columns), 7.0, np.float32))
+    text = (
+        '<?xml version="1.0"?><OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06"><Image ID="a">'
+        f'<Pixels ID="b" DimensionOrder="XYZCT" Type="float" SizeX="{columns}" SizeY="{rows}" SizeZ="1" '
+        'SizeC="1" SizeT="1"><Channel ID="c" SamplesPerPixel="1"/><TiffData IFD="0" PlaneCount="1">'
+        '<UUID FileName="../other.tif">urn:uuid:1</UUID></TiffData></Pixels></Image></OME>'
+    )
+    stored = tifffile.imread(folder / "x.tif")
+    tifffile.imwrite(folder / "x.tif", stored, description=text, metadata=None)
+    assert np.array_equal(read_tifxyz(folder).points[..., 0], x, equal_nan=True)

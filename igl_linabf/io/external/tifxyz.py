@@ -16,6 +16,7 @@ import numpy as np
 from ..._runtime import replacing_folder
 from ..._types import BoolArray, FloatArray
 from ...errors import MeshError, MeshWarning, is_number, some, stack_level
+from ...linalg import has_free_memory
 from ..parsing import Damaged, call_reader, import_optional
 
 HOW_TO_GET = "pip install 'igl-linabf[scrolls]' reads and writes tifxyz"
@@ -24,6 +25,7 @@ META = "meta.json"
 AXES = ("x", "y", "z")
 MASK = "mask"
 MASK_THRESHOLD = 255  # points with a smaller value in the mask image are removed
+SINGLE_FILE = dict.fromkeys(("is_ome", "is_mmstack", "is_ndtiff"), False)  # options against other files
 MISSING_COORDINATE = -1.0  # coordinate value that marks a missing point in a file
 
 
@@ -143,12 +145,14 @@ def _read_image(path: Path, first_channel: bool = False) -> np.ndarray:
     tifffile = import_optional("tifffile", HOW_TO_GET)
 
     def read(name: str) -> Any:
-        if not first_channel:
-            return tifffile.imread(name)
-        with tifffile.TiffFile(name) as file:
-            page = file.pages[0]
-            values = page.asarray()
-            return values.take(0, page.axes.index("S")) if "S" in page.axes else values
+        with tifffile.TiffFile(name, **SINGLE_FILE) as file:
+            image = file.pages[0] if first_channel else file.series[0]
+            wanted = 2 * image.size * image.dtype.itemsize  # while pages are decoded and copied
+            if not has_free_memory(wanted):  # a small file may announce many pixels
+                raise Damaged(f"its {image.size:,} samples would take {wanted:,} bytes, more than are free")
+            values = image.asarray()
+            is_sampled = first_channel and "S" in image.axes
+            return values.take(0, image.axes.index("S")) if is_sampled else values
 
     try:
         return np.asarray(call_reader(read, path))
