@@ -93,6 +93,14 @@ def test_arrays_in_files_beside_a_gifti_file_are_read_and_written_into_the_new_f
     assert (shape.data == attacks.V32).all()
 
 
+def test_images_that_pillow_decodes_by_another_program_are_not_decoded(tmp_path: Path, monkeypatch) -> None:
+    path = attacks.write_textured_gltf(tmp_path, attacks.POSTSCRIPT)
+    opened = importlib.import_module("PIL.EpsImagePlugin").EpsImageFile
+    monkeypatch.setattr(opened, "load", lambda _: pytest.fail("Pillow would run Ghostscript"))
+    with pytest.raises(MeshError, match="cannot be read as an image"):
+        image_maps(read_file(path))
+
+
 def test_links_between_folders_inside_are_followed(tmp_path: Path) -> None:
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "a.mtl").write_text("newmtl red\nKd 1 0 0\n")
