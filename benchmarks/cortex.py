@@ -103,7 +103,7 @@ def peers_table(python: str | None, repeat: int) -> str:
         folder = Path(name)
         patch, shipped = fsaverage_patch(folder)
         mesh = read_file(patch)
-        surface = Submesh.checked(mesh.V, mesh.triangles)
+        surface = Submesh.from_input(mesh.V, mesh.triangles)
         V, F = surface.V, surface.F
         runs = {
             'isometric, fit="lengths"': lambda: flatten(V, F, method="isometric", fit="lengths").uv,
@@ -120,11 +120,14 @@ def peers_table(python: str | None, repeat: int) -> str:
         maps["autoflatten 1.0.7"] = theirs["uv"]
         seconds["autoflatten 1.0.7"] = f"{float(theirs['seconds']):.0f}"
         theirs["errors autoflatten 1.0.7"] = theirs["errors autoflatten"]
-    distances = Distances.within(surface)
+    distances = Distances.measure_within_rings(surface)
     text = HEAD
     for title, uv in maps.items():
         measured = quality(V, F, uv)
-        own, best = distances.error(uv), distances.error(uv * distances.best_scale(uv))
+        own, best = (
+            distances.compute_mean_error(uv),
+            distances.compute_mean_error(uv * distances.find_best_scale(uv)),
+        )
         peer = theirs.get(f"errors {title}")
         peer_cell = "" if peer is None else f"{100 * peer[0]:.2f} % · {100 * peer[1]:.2f} %"
         text += (
@@ -147,16 +150,16 @@ def energies_table() -> str:
     """Return the table of distance errors for other weights, and for a direct minimization of the error."""
     with tempfile.TemporaryDirectory() as name:
         mesh = read_file(fsaverage_patch(Path(name))[0])
-    surface = Submesh.checked(mesh.V, mesh.triangles)
-    V, F, distances = surface.V, surface.F, Distances.within(surface)
+    surface = Submesh.from_input(mesh.V, mesh.triangles)
+    V, F, distances = surface.V, surface.F, Distances.measure_within_rings(surface)
     begin = perf_counter()
-    all_pairs = Distances.within(surface, most=len(V))
+    all_pairs = Distances.measure_within_rings(surface, most=len(V))
     measuring = perf_counter() - begin
     text = "| map | seconds | distance error | area, mean \\|log\\| | F/3nt | flips | overlaps |\n"
     text += "|---|---|---|---|---|---|---|\n"
 
     def row(title: str, uv: np.ndarray, seconds: float) -> str:
-        measured, error = quality(V, F, uv), distances.error(uv * distances.best_scale(uv))
+        measured, error = quality(V, F, uv), distances.compute_mean_error(uv * distances.find_best_scale(uv))
         figures = f"{100 * error:.2f} % | {measured.area_distortion:.3f} | {measured.angle_distortion:.3f}"
         return f"| {title} | {seconds:.1f} | {figures} | {measured.flips} | {measured.overlaps} |\n"
 

@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from nasty_meshes import NASTY
 
 from igl_linabf import MeshWarning, unwrap
-from igl_linabf.measures.overlapping import overlapping_pairs
+from igl_linabf.measures.overlapping import find_overlapping_pairs
 
 TIMEOUT = 60  # time limit per mesh in seconds, including the start of the program
 
@@ -38,7 +38,7 @@ def measure_atlas(m: int, charts: int, TC: np.ndarray, FTC: np.ndarray) -> str:
     solid = FTC[np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) > 0]
     missing = m - int(np.isfinite(corner).all(axis=(1, 2)).sum())
     used, packed = np.unique(solid, return_inverse=True)
-    over = len(overlapping_pairs(TC[used], packed.reshape(-1, 3), between=True)) if len(solid) else 0
+    over = len(find_overlapping_pairs(TC[used], packed.reshape(-1, 3), between=True)) if len(solid) else 0
     return f"{charts} | {missing} | {over}"
 
 

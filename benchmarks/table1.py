@@ -160,8 +160,8 @@ def measure_mesh(mesh: Mesh, repeat: int) -> Row:
 
 def describe_tiny_corners(V: np.ndarray, F: np.ndarray, exact: np.ndarray, default: np.ndarray) -> str:
     """Describe the triangle where the relative angle errors of default linABF exceed those of ABF most."""
-    surface = Submesh.checked(V, F)
-    changes = [measure_change(surface, surface.checked_map(uv)) for uv in (default, exact)]
+    surface = Submesh.from_input(V, F)
+    changes = [measure_change(surface, surface.check_map(uv)) for uv in (default, exact)]
     ours, best = (change.angle_distortion.mean(axis=0) / len(F) for change in changes)
     worst = int(np.argmax(ours - best))
     own, error = changes[0].angle[:, worst], changes[0].angle_error[:, worst]

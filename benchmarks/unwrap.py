@@ -21,7 +21,7 @@ from meshes import load_shared_meshes, stanford
 from peers import PADDING, RESOLUTION, TexelAtlas, make_charts, programs, relative_seams
 
 from igl_linabf import OutcomeWarning, flatten, quality
-from igl_linabf.surface import compact
+from igl_linabf.surface import drop_unused_vertices
 from igl_linabf.textures import find_covered_texels, find_texels_near_sides
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
@@ -76,7 +76,7 @@ def flatten_charts_with_lscm(V: np.ndarray, F: np.ndarray, atlas: TexelAtlas) ->
     start = perf_counter()
     chart, of_charts = make_charts(atlas.FTC), []
     for i in range(chart.max() + 1):
-        used, own = compact(atlas.FTC[chart == i], len(atlas.TC))
+        used, own = drop_unused_vertices(atlas.FTC[chart == i], len(atlas.TC))
         points = V[atlas.origin[used]]
         q = quality(points, own, flatten(points, own, method="lscm").uv)
         of_charts.append((len(own), q.angle_distortion, q.flips))

@@ -31,7 +31,7 @@ from peers import unwrap_with_xatlas
 from igl_linabf import clean, flatten, flatten_many, unwrap
 from igl_linabf.flattening import median_times
 from igl_linabf.io import read_mesh
-from igl_linabf.surface import compact
+from igl_linabf.surface import drop_unused_vertices
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
@@ -128,7 +128,7 @@ def measure(name: str) -> dict[str, float]:
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     charts = []
     for chart in atlas.charts:
-        vertices, packed = compact(atlas.FTC[chart.faces], len(atlas.TC))
+        vertices, packed = drop_unused_vertices(atlas.FTC[chart.faces], len(atlas.TC))
         charts.append((V[atlas.origin[vertices]], packed))
     calls = [lambda: [flatten(*chart, progress=False) for chart in charts], partial(flatten_many, charts)]
     median_times(calls, 1)  # warm-up: not timed

@@ -21,7 +21,7 @@ import numpy as np
 
 from igl_linabf import MeshError, compare, quality
 from igl_linabf.io import read_mesh, replacing, unit_square, write_obj
-from igl_linabf.measures import Quality, table
+from igl_linabf.measures import Quality, format_table
 from igl_linabf.plot import plot_compare
 
 
@@ -36,7 +36,7 @@ def show(
     comparison = compare(V, F, methods)
     maps = comparison.maps | dict(others or {})
     measured = {name: quality(V, F, uv) for name, uv in maps.items()}
-    print(f"{comparison}\n\n{table(measured)}")
+    print(f"{comparison}\n\n{format_table(measured)}")
     stem.parent.mkdir(parents=True, exist_ok=True)
     write_obj(stem.with_suffix(".obj"), V, F, unit_square(maps["linABF"]))
     with replacing(stem.with_suffix(".png")) as temporary:

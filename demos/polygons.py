@@ -44,7 +44,7 @@ def knot(n: int = 120, m: int = 12, thick: float = 0.45) -> tuple[np.ndarray, np
 def edges_of(mesh: MeshFile) -> set[tuple[int, int]]:
     """Return the edges of all faces."""
     corners = mesh.polygons.corners
-    pairs = np.column_stack((corners, corners[mesh.polygons.following]))
+    pairs = np.column_stack((corners, corners[mesh.polygons.next_corner]))
     return set(map(tuple, np.sort(pairs, axis=1).tolist()))
 
 
@@ -52,7 +52,7 @@ def to_polydata(points: np.ndarray, F: object) -> pv.PolyData:
     """Return polygons as a mesh of pyvista; points of the plane get z = 0."""
     if points.shape[1] == 2:
         points = np.column_stack((points, np.zeros(len(points))))
-    polygons = Polygons.of(F)
+    polygons = Polygons.from_faces(F)
     return pv.PolyData(points, np.insert(polygons.corners, polygons.starts, polygons.sizes))
 
 
@@ -62,7 +62,7 @@ if __name__ == "__main__":
         mesh = read_file(sys.argv[1])
     else:
         V, F = knot()
-        mesh = MeshFile(V, Polygons.of(F))
+        mesh = MeshFile(V, Polygons.from_faces(F))
     atlas = unwrap(mesh.V, mesh.F, charts=ChartOptions(trade=12))
     seams = set(map(tuple, np.sort(atlas.seams, axis=1).tolist()))
     print(atlas)

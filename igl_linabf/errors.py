@@ -15,7 +15,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 
-def printable(text: object) -> str:
+def escape_control_characters(text: object) -> str:
     """Return a text on one line, with escape codes for control characters.
 
     Names in a file may contain characters that control a terminal, such as escape sequences, line breaks and
@@ -23,7 +23,7 @@ def printable(text: object) -> str:
 
     Examples
     --------
-    >>> printable("caf\\u00e9 \\x1b[2J")
+    >>> escape_control_characters("caf\\u00e9 \\x1b[2J")
     'café \\\\x1b[2J'
     """
     found = str(text)
@@ -36,7 +36,7 @@ class _Printable:
     """A base class that makes the text of errors and warnings printable."""
 
     def __str__(self) -> str:
-        return printable(super().__str__())
+        return escape_control_characters(super().__str__())
 
 
 class MeshError(_Printable, ValueError):
@@ -66,14 +66,14 @@ class OutcomeWarning(_Printable, UserWarning):
 MAX_LISTED = 5  # number of indices that a message lists before it states their total number
 
 
-def some(indices: ArrayLike, limit: int = MAX_LISTED) -> str:
+def first_few(indices: ArrayLike, limit: int = MAX_LISTED) -> str:
     """Format the first few of `indices`, and their number if there are more.
 
     Examples
     --------
-    >>> some([3, 1, 2])
+    >>> first_few([3, 1, 2])
     '3, 1, 2'
-    >>> some(range(100), limit=3)
+    >>> first_few(range(100), limit=3)
     '0, 1, 2, ... (100 in all)'
     """
     values = np.asarray(indices)

@@ -16,13 +16,13 @@ import igl_linabf
 from igl_linabf import MeshError, MeshWarning
 from igl_linabf._notebook import html_table
 from igl_linabf.cli import main
-from igl_linabf.errors import is_number, some, stack_level
+from igl_linabf.errors import first_few, is_number, stack_level
 
 
 def test_the_first_few_are_listed_and_all_are_counted() -> None:
-    assert some(np.arange(5)) == "0, 1, 2, 3, 4"
-    assert some(np.arange(6)) == "0, 1, 2, 3, 4, ... (6 in all)"
-    assert some([[1, 2], [3, 4]], limit=1) == "[1, 2], ... (2 in all)"
+    assert first_few(np.arange(5)) == "0, 1, 2, 3, 4"
+    assert first_few(np.arange(6)) == "0, 1, 2, 3, 4, ... (6 in all)"
+    assert first_few([[1, 2], [3, 4]], limit=1) == "[1, 2], ... (2 in all)"
 
 
 def test_numbers_are_checked_against_their_bounds() -> None:

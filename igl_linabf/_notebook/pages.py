@@ -7,7 +7,7 @@ from itertools import groupby
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from ..errors import printable
+from ..errors import escape_control_characters
 from ..surface import NEXT, PREV, cycles
 
 PICTURE_SIDE = 260  # length of a picture's longer side, pixels
@@ -23,7 +23,7 @@ def html_table(rows: Sequence[Sequence[str]], header: bool = True) -> str:
         tag = "th" if header and i == 0 else "td"
         sides = ["left", *["right" if header else "left"] * (len(row) - 1)]
         cells = (
-            f'<{tag} style="text-align: {side}">{escape(printable(cell))}</{tag}>'
+            f'<{tag} style="text-align: {side}">{escape(escape_control_characters(cell))}</{tag}>'
             for side, cell in zip(sides, row, strict=True)
         )
         lines.append(f"<tr>{''.join(cells)}</tr>")
@@ -34,7 +34,7 @@ def html_row(parts: Iterable[tuple[str, str]]) -> str:
     """Arrange blocks of HTML, given as (title, content), side by side with their titles above them."""
     blocks = []
     for title, content in parts:
-        head = f"<div>{escape(printable(title))}</div>" if title else ""
+        head = f"<div>{escape(escape_control_characters(title))}</div>" if title else ""
         blocks.append(f'<div style="margin: 0 1em 0.5em 0">{head}{content}</div>')
     return f'<div style="display: flex; flex-wrap: wrap; align-items: flex-start">{"".join(blocks)}</div>'
 

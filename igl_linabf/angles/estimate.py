@@ -50,13 +50,13 @@ def initial_estimate(
     estimate = alpha
     total = topology.sum_at_vertices(alpha)
     if sums is None:
-        sums = np.where(topology.interior, 2 * np.pi, np.nan)
+        sums = np.where(topology.is_interior, 2 * np.pi, np.nan)
     far = np.abs(total - sums) > threshold  # False where `sums` is NaN
     if far.any():
         estimate = alpha * np.where(far, sums / total, 1.0)[topology.corner]
         if to_triangles:
             estimate *= np.pi / estimate.sum(axis=0)
-    asked_at = ~topology.interior & ~np.isnan(sums)
+    asked_at = ~topology.is_interior & ~np.isnan(sums)
     if asked_at.any():
         ears = asked_at & (np.bincount(topology.corner.ravel(), minlength=topology.n) == 1)
         k, t = np.nonzero(ears[topology.corner])

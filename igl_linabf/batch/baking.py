@@ -26,7 +26,7 @@ from ..io import (
     normalize_suffix,
     transform_to_object_space,
 )
-from ..surface import unit_vectors
+from ..surface import normalize_vectors
 from ..textures import bake, bake_texture, check_image_memory
 
 BAKED_RESOLUTION = 2048  # default side length of a baked texture, in texels
@@ -122,8 +122,8 @@ def _bake_values(kind: str, mesh: MeshFile, atlas: Atlas, resolution: Any, outpu
         normals = np.nan_to_num(igl.per_vertex_normals(V, triangles))[triangles]
         frames = find_object_frames(mesh, output)
         if frames is not None:
-            normals = unit_vectors(normals @ frames[mesh.split.face])
-        return unit_vectors(bake(V, mesh.F, atlas, normals, resolution)) / 2 + 0.5
+            normals = normalize_vectors(normals @ frames[mesh.split.face])
+        return normalize_vectors(bake(V, mesh.F, atlas, normals, resolution)) / 2 + 0.5
     used = V[np.unique(triangles)]
     low, size = used.min(axis=0), np.ptp(used, axis=0).max()
     return bake(V, mesh.F, atlas, (V - low) / (size if size > 0 else 1.0), resolution)

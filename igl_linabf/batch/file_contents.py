@@ -11,7 +11,7 @@ import numpy as np
 
 from .._types import FloatArray, IntArray
 from ..charts import ChartOptions, Packing, texture_seams, unwrap
-from ..errors import MeshError, MeshWarning, format_count, some, stack_level
+from ..errors import MeshError, MeshWarning, first_few, format_count, stack_level
 from ..flattening import Method
 from ..io import MeshFile
 from ..surface import Faces, Polygons
@@ -42,7 +42,8 @@ def warn_of_bare_parts(mesh: MeshFile, consequences: Iterable[str]) -> None:
         return
     count = int(np.count_nonzero(mesh.bare))
     warnings.warn(
-        f"{format_count(count, 'face')} without texture coordinates, in {some(listed)}: {', '.join(texts)}",
+        f"{format_count(count, 'face')} without texture coordinates, in {first_few(listed)}: "
+        f"{', '.join(texts)}",
         MeshWarning,
         stacklevel=stack_level(),
     )
@@ -70,9 +71,9 @@ def _unwrap_bare_faces(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the whole mesh is unwrapped later, with the same warnings
         atlas = unwrap(
-            mesh.V, bare.shaped, charts=charts, method=method, packing=Packing(cut_below=0), progress=False
+            mesh.V, bare.as_faces, charts=charts, method=method, packing=Packing(cut_below=0), progress=False
         )
     texture = mesh.texture.copy()
-    texture[corners] = len(mesh.TC) + bare.texture_of(atlas.FTC).corners
+    texture[corners] = len(mesh.TC) + bare.parse_texture_indices(atlas.FTC).corners
     beside = np.ceil(mesh.TC.max(axis=0)) + 1  # moves the new charts to UDIM tiles without old charts
-    return np.concatenate((mesh.TC, atlas.TC + beside)), mesh.polygons.shape(texture)
+    return np.concatenate((mesh.TC, atlas.TC + beside)), mesh.polygons.reshape_like_faces(texture)

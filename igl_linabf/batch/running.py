@@ -24,7 +24,7 @@ import numpy as np
 from .._runtime import Progress, count_steps, undo_at_interrupt
 from ..charts import ChartOptions, Cones, Packing, resolve_method_of_charts, resolve_options
 from ..cortex import FLAT_PATCH, list_files
-from ..errors import format_count, is_number, printable, some
+from ..errors import escape_control_characters, first_few, format_count, is_number
 from ..flattening import BoundaryName, Method, resolve_method
 from ..io import SUFFIXES, list_companion_files
 from . import places
@@ -89,7 +89,7 @@ class Batch:
         return (
             f"{format_count(len(self.rows), 'mesh')}: {ends}\n"
             f"{self.done:,} done in {self.seconds:.3g} s{rate}; {before:,} were done before\n"
-            f"a row for each in {printable(self.table)}"
+            f"a row for each in {escape_control_characters(self.table)}"
         )
 
 
@@ -360,7 +360,7 @@ def _check_free(tasks: list[Task], table: Table, there: set[str]) -> None:
     if taken:
         raise FileExistsError(
             EEXIST,
-            f"{some(taken)} are there already, and no batch has written them: give another folder, or "
+            f"{first_few(taken)} are there already, and no batch has written them: give another folder, or "
             "replace them with force=True",
             table.folder,
         )

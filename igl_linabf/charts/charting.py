@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from .._runtime import advance, progress_part
 from .._types import IntArray
-from ..errors import FallbackWarning, SingularSystemError, some, stack_level
+from ..errors import FallbackWarning, SingularSystemError, first_few, stack_level
 from ..flattening import (
     ABF,
     Flattening,
@@ -29,10 +29,10 @@ from ..flattening import (
 from ..measures import (
     NO_PAIRS,
     Quality,
+    find_overlapping_pairs_of_chart,
+    find_overlapping_pairs_of_charts,
     measure_qualities,
     measure_quality,
-    overlapping_pairs_of_chart,
-    overlapping_pairs_of_each,
 )
 from ..surface import Cleaned, Submesh, check_finite, seam_mask
 from . import constants
@@ -98,7 +98,7 @@ def cut_into_pieces(
         else:
             mask = seam_mask(seams, surface.vertices[surface.F], surface.n_given)
     if labels is not None:
-        between = surface.sides_between(labels[surface.faces])
+        between = surface.mask_sides_between(labels[surface.faces])
         mask = between if mask is None else mask | between
     if mask is not None:
         face, k = np.nonzero(mask)
@@ -214,8 +214,8 @@ def _undo_costly_cuts(
     """Replace the parts of a piece by its chart in `uncut` if the saved stretch is not worth the seams."""
     for key, chart, piece in reversed(uncut):  # undo the last cuts first
         first, last = (bisect_left(done, at, key=itemgetter(0)) for at in (key, (*key[:-1], key[-1] + 1)))
-        parts, whole = done[first:last], pieces[key[0]].measured[0].sum()
-        area = np.array([part.measured[0].sum() for _, _, part in parts]) / whole
+        parts, whole = done[first:last], pieces[key[0]].areas_and_products[0].sum()
+        area = np.array([part.areas_and_products[0].sum() for _, _, part in parts]) / whole
         saved = area @ [chart.quality.stretch_l2 - part.quality.stretch_l2 for _, part, _ in parts]
         price = compute_division_price(CreasedSurface(piece, rules.hidden), [part for _, _, part in parts])
         length = price / np.sqrt(whole / 2)
@@ -241,7 +241,7 @@ def _flatten_together(pieces: list[Submesh], method: Method) -> list[_PieceMap |
     results = flatten_batch([(pieces[i].V, pieces[i].F) for i in asked], method)
     good = [(i, result) for i, result in zip(asked, results, strict=True) if result is not None]
     doubtful = [(k, result) for k, (_, result) in enumerate(good) if not result.outcome.good]
-    found = overlapping_pairs_of_each([(result.uv, result.F) for _, result in doubtful])
+    found = find_overlapping_pairs_of_charts([(result.uv, result.F) for _, result in doubtful])
     pairs = [NO_PAIRS] * len(good)
     for (k, _), over in zip(doubtful, found, strict=True):
         pairs[k] = over
@@ -302,13 +302,13 @@ def _flatten_single_piece(piece: Submesh, rules: ChartRules) -> _PieceMap:
         if isinstance(rules.method, LinABF | ABF | Isometric):
             raise
         warnings.warn(
-            f"the chart of faces {some(piece.faces)} is flattened by linear ABF: {error}",
+            f"the chart of faces {first_few(piece.faces)} is flattened by linear ABF: {error}",
             FallbackWarning,
             stacklevel=stack_level(),
         )
         result = flatten_piece(piece, LinABF())
     check_finite(result.uv, piece.vertices, "uv")
-    return _PieceMap(result, overlapping_pairs_of_chart(piece.topology, result.uv))
+    return _PieceMap(result, find_overlapping_pairs_of_chart(piece.topology, result.uv))
 
 
 def _flatten_without_flips(piece: Submesh, made: _PieceMap, rules: ChartRules) -> _PieceMap:
@@ -317,8 +317,8 @@ def _flatten_without_flips(piece: Submesh, made: _PieceMap, rules: ChartRules) -
     if surer is None:
         return made
     warnings.warn(
-        f"no seams were found that prevent flips in the chart of faces {some(piece.faces)}: it is flattened "
-        "with guarantee='injective', at more distortion",
+        f"no seams were found that prevent flips in the chart of faces {first_few(piece.faces)}: it is "
+        "flattened with guarantee='injective', at more distortion",
         FallbackWarning,
         stacklevel=stack_level(),
     )
@@ -328,7 +328,7 @@ def _flatten_without_flips(piece: Submesh, made: _PieceMap, rules: ChartRules) -
 def _exceeds_double_precision(piece: Submesh, result: Flattening) -> bool:
     """Return True if a map is practically a line, or if flipped triangles have shrunk to points."""
     size, corners = extent(result.uv), result.uv[piece.F[result.flipped]]
-    is_line = float(piece.measured[0].sum()) <= NEEDLE_AREA * size**2
+    is_line = float(piece.areas_and_products[0].sum()) <= NEEDLE_AREA * size**2
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     return is_line or bool((longest <= POINT_SIZE * size).any())
 
@@ -344,7 +344,9 @@ def _resolve_overlaps(
         moved = move_parts_apart(piece, made.result, MapMeasure(piece, made.result.uv))
         if moved is not None:
             result, cost = moved
-            return _PieceMap(result, overlapping_pairs_of_chart(piece.topology, result.uv), None, cost), []
+            return _PieceMap(
+                result, find_overlapping_pairs_of_chart(piece.topology, result.uv), None, cost
+            ), []
     if rounds >= constants.MAX_OVERLAP_ROUNDS:
         return made, bisect(piece)
     parts = split_overlaps(piece, piece.faces[made.pairs])

@@ -11,7 +11,7 @@ from .options import ChartRules
 
 def measure_cost(creased: CreasedSurface, atlas: Atlas, rules: ChartRules) -> AtlasCost:
     """Return the cost of an atlas on the surface `creased`, whose charts were made by `rules`."""
-    own = np.bincount(atlas.chart, creased.surface.measured[0], len(atlas.charts))
+    own = np.bincount(atlas.chart, creased.surface.areas_and_products[0], len(atlas.charts))
     stretch = max(own @ [chart.quality.stretch_l2 - 1 for chart in atlas.charts] / own.sum(), 0.0)
     rows, price = find_seam_prices(creased, atlas.FTC)
     area = creased.double_area / 2

@@ -15,7 +15,7 @@ def edges_between_polygons(piece: Submesh) -> tuple[IntArray, FloatArray]:
     inside = piece.cuttable_edges
     polygon = piece.polygon_labels
     sides = polygon[piece.topology.sides[:, inside] % len(piece.F)]
-    price = CreasedSurface(piece).price[np.searchsorted(piece.topology.inside, inside)]
+    price = CreasedSurface(piece).price[np.searchsorted(piece.topology.interior_edges, inside)]
     return np.asarray(sides), price
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
-from ..errors import MeshError, format_count, is_number, some
+from ..errors import MeshError, first_few, format_count, is_number
 from ..flattening import Isometric, Method, MethodOptions, resolve_method
 from .atlas import ISOMETRY_ENERGY, STRETCH_ROUNDING, UNUSABLE_STRETCH
 from .cones import Cones, GivenCones
@@ -121,7 +121,7 @@ class ChartOptions:
             )
         bad = np.flatnonzero(~(np.isfinite(given) & (given == np.round(given))))
         if len(bad):
-            raise MeshError(f"labels at faces {some(bad)} are not integers: number the materials")
+            raise MeshError(f"labels at faces {first_few(bad)} are not integers: number the materials")
         return np.unique(np.asarray(self.labels), return_inverse=True)[1].ravel()[face]
 
 

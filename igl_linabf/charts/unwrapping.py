@@ -18,8 +18,8 @@ from ..errors import (
     FallbackWarning,
     MeshWarning,
     OutcomeWarning,
+    first_few,
     format_count,
-    some,
     stack_level,
     takes_vertices_and_faces,
 )
@@ -29,10 +29,10 @@ from ..surface import (
     Cleaned,
     Ragged,
     Submesh,
-    cleaned_surface,
-    coincident_edges,
+    clean_surface,
     complex_positions,
     flipped_faces,
+    mark_coincident_edges,
     wrap_sound_surface,
 )
 from . import constants
@@ -182,10 +182,10 @@ def unwrap(
         if seams is not None:
             seams = convert_seams_to_triangles(seams, split, len(np.asarray(V)))
     if strict:
-        surface = Submesh.checked_manifold(V, F)
+        surface = Submesh.manifold_from_input(V, F)
         cleaned = wrap_sound_surface(surface)
     else:
-        cleaned, surface = cleaned_surface(V, F, weld)
+        cleaned, surface = clean_surface(V, F, weld)
     as_given, given = surface.vertices is cleaned.origin, np.asarray(F).astype(np.int64)
     if split is not None:
         surface = mark_diagonals(surface, cleaned, split)
@@ -313,11 +313,11 @@ def _warn_of_doubled_edges(surface: Submesh, cleaned: Cleaned) -> None:
     rim = surface.topology.boundary_edges
     # an edge that the repair has cut is counted once
     given, first = np.unique(np.sort(cleaned.origin[rim], axis=1), axis=0, return_index=True)
-    doubled = np.unique(given[coincident_edges(surface.V, rim[first])])
+    doubled = np.unique(given[mark_coincident_edges(surface.V, rim[first])])
     if len(doubled):
         warnings.warn(
-            f"vertices {some(doubled)} of the boundary are doubled along edges, as programs do at the seams "
-            "of a map: charts end there; weld=0 joins them",
+            f"vertices {first_few(doubled)} of the boundary are doubled along edges, as programs do at the "
+            "seams of a map: charts end there; weld=0 joins them",
             MeshWarning,
             stacklevel=stack_level(),
         )
@@ -331,7 +331,7 @@ def _warn_of_added_seams(atlas: Atlas) -> None:
         reasons = ", ".join(f"{reason} (of {format_count(n, 'chart')})" for reason, n in counts.items())
         warnings.warn(
             f"{len(added):,} edge{' is' if len(added) == 1 else 's are'} cut in addition to the given seams, "
-            f"because of {reasons}: {some(added)}; atlas.added_seams has them. Give more seams there, "
+            f"because of {reasons}: {first_few(added)}; atlas.added_seams has them. Give more seams there, "
             "extend=True to add the shortest seams, or repair_overlaps=True, which cuts overlapping parts "
             "only if they cannot be moved apart",
             FallbackWarning,
@@ -357,7 +357,7 @@ def _pack_fully(
     if len(parts) == len(done):
         return _make_atlas(surface, done, request, placed)
     fuller = _place_charts(parts, request)
-    size = float(np.sqrt(surface.measured[0].sum() / 2))
+    size = float(np.sqrt(surface.areas_and_products[0].sum() / 2))
     dearer, cheaper = (
         compute_division_price(creased, [piece for _, piece in charts]) for charts in (parts, done)
     )
@@ -409,7 +409,7 @@ def _make_atlas(
     charts, pieces = [chart for chart, _ in done], [piece for _, piece in done]
     arrays = [(piece.V, piece.F, piece.faces, piece.vertices) for piece in pieces]
     V, F, faces, origin = map(np.concatenate, zip(*arrays, strict=True))
-    vertices = Ragged.of_sizes([len(piece.V) for piece in pieces])
+    vertices = Ragged.from_sizes([len(piece.V) for piece in pieces])
     of = np.repeat(np.arange(len(pieces)), [len(piece.F) for piece in pieces])
     FTC, label, rows = np.empty_like(surface.F), np.empty_like(of), np.searchsorted(surface.faces, faces)
     FTC[rows], label[rows] = F + vertices.start[of, None], of
@@ -435,7 +435,7 @@ def _make_atlas(
         quality=quality,
         report=AtlasReport(
             seam_mismatch=mismatch,
-            n_splits=len(done) - int(surface.label.max() + 1),
+            n_splits=len(done) - int(surface.component_of_face.max() + 1),
             scale=abs(placed[0].ratio),
             aspect=request.spacing.aspect,
         ),

@@ -27,7 +27,7 @@ from ..io import (
 )
 from ..layouts import LayoutName
 from ..linalg import SolverName, format_gigabytes
-from ..measures import RINGS, format_pair_count, quality, table
+from ..measures import RINGS, format_pair_count, format_table, quality
 from ..scrolls import FlatSegment, flatten_segment, memory_needed
 from .arguments import (
     Boundary,
@@ -201,7 +201,7 @@ def flatten_cortex(
         template=given,
         max_distance_error=max_distance_error,
     )
-    text = [str(table({flat.hemisphere.name: flat.quality for flat in flats})), ""]
+    text = [str(format_table({flat.hemisphere.name: flat.quality for flat in flats})), ""]
     figures: dict[str, Any] = {"good": all(flat.good for flat in flats)}
     for flat in flats:
         name = flat.hemisphere.name

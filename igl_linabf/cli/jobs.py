@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, ClassVar
 
 from .._runtime import progress_part, show_progress, undo_at_interrupt
-from ..errors import printable
+from ..errors import escape_control_characters
 from ..io import (
     SUFFIXES,
     MeshFile,
@@ -181,7 +181,7 @@ def report_errors(run: Callable[[], int], job: Job) -> int:
     except (ImportError, ValueError) as error:  # MeshError is a ValueError
         message = str(error)
     begin = "" if message.startswith(job.title) else job.prefix
-    print(f"igl-linabf: {printable(begin + job.explain(message))}", file=sys.stderr)
+    print(f"igl-linabf: {escape_control_characters(begin + job.explain(message))}", file=sys.stderr)
     return ExitCode.ERROR
 
 

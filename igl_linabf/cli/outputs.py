@@ -18,7 +18,7 @@ import numpy as np
 
 from .._runtime import progress_part
 from .._types import FloatArray, IntArray
-from ..errors import MeshWarning, printable, stack_level
+from ..errors import MeshWarning, escape_control_characters, stack_level
 from ..io import replacing, write_atomically
 from .jobs import PROGRESS, STDIO, ExitCode, Job
 
@@ -45,7 +45,7 @@ def make_writer(job: Job) -> Callable[..., AbstractContextManager[None]]:
 def report_troubles(job: Job, good: bool, troubles: Iterable[str]) -> ExitCode:
     """Print the problems of a map that has been written, and return the exit code."""
     for message in troubles:
-        print(f"igl-linabf: {printable(job.prefix + job.explain(message))}", file=sys.stderr)
+        print(f"igl-linabf: {escape_control_characters(job.prefix + job.explain(message))}", file=sys.stderr)
     return ExitCode.GOOD if good else ExitCode.NOT_VALID
 
 
@@ -83,7 +83,7 @@ def write_outputs(
                 print(_to_json({"mesh": job.title, **figures}), flush=True)
             elif not job.quiet:
                 text = job.explain(text)
-                text = f"{printable(job.title)}\n{text}\n" if job.prefix else text
+                text = f"{escape_control_characters(job.title)}\n{text}\n" if job.prefix else text
                 print(text, flush=True, file=sys.stderr if to_stdout else sys.stdout)
             sys.stdout.flush()
         except OSError as error:

@@ -11,7 +11,7 @@ from typing import NoReturn
 
 import shtab
 
-from ..errors import printable
+from ..errors import escape_control_characters
 from .arguments import Command, add_options
 from .batching import run_batch
 from .doctor import print_versions, version
@@ -44,7 +44,9 @@ class Parser(argparse.ArgumentParser):
     """An argument parser that reports errors in one line, like other errors of `igl-linabf`."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(ExitCode.ERROR, f"igl-linabf: {printable(message)} (see {self.prog} --help)\n")
+        self.exit(
+            ExitCode.ERROR, f"igl-linabf: {escape_control_characters(message)} (see {self.prog} --help)\n"
+        )
 
 
 class Help(argparse.HelpFormatter):
@@ -103,7 +105,7 @@ def _print_warnings_on_one_line(explain: Callable[[str], str]) -> Iterator[None]
     """Print each warning of the library as one line on stderr."""
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
-        print(f"igl-linabf: warning: {printable(explain(str(message)))}", file=sys.stderr)
+        print(f"igl-linabf: warning: {escape_control_characters(explain(str(message)))}", file=sys.stderr)
 
     with warnings.catch_warnings():
         warnings.simplefilter("default")

@@ -9,7 +9,7 @@ from .._runtime import progress_part
 from .._types import FloatArray
 from ..batch import check_target, warn_of_bare_parts
 from ..charts import Packing
-from ..errors import MeshError, MeshWarning, printable, stack_level
+from ..errors import MeshError, MeshWarning, escape_control_characters, stack_level
 from ..io import MeshFile, find_largest_image, has_transformed_textures, list_image_users
 from ..surface import Faces
 from ..uv import CHECKED_RESOLUTION, ScaleName, check_uv, pack
@@ -78,7 +78,11 @@ def _assume_resolution(mesh: MeshFile, texcoord: int) -> tuple[tuple[int, int], 
             name, size = found
             source = f"the size of {name}"
     width, height = size
-    return size, f"\n\nTexels are counted at {width} x {height}, without --resolution: {printable(source)}."
+    return (
+        size,
+        f"\n\nTexels are counted at {width} x {height}, without --resolution: "
+        f"{escape_control_characters(source)}.",
+    )
 
 
 SCALE = Option("keep: relative sizes of the charts; even: the same texel density on all")

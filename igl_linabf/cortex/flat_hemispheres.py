@@ -16,8 +16,8 @@ from .._runtime import Progress, progress_part, show_progress
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, MeshWarning, format_count, is_number, stack_level
 from ..flattening import Flattening, Method, Outcome, flatten, resolve_method
-from ..measures import Distances, Quality, measure_quality, overlapping_pairs
-from ..surface import PatchFaces, Submesh, patch_faces, scatter
+from ..measures import Distances, Quality, find_overlapping_pairs, measure_quality
+from ..surface import PatchFaces, Submesh, find_patch_faces, scatter_to_input
 from .constants import MAX_OMITTED_SHARE, SOURCE_COUNT
 from .found_cuts import find_cuts
 from .subjects import HEMISPHERES, Hemisphere, HemisphereName
@@ -282,7 +282,7 @@ def _load_template(
 
 def _flatten_patch(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisphere:
     """Flatten a hemisphere without its cuts and its medial wall, and measure the map."""
-    patch = patch_faces(given.F, cuts.stays)
+    patch = find_patch_faces(given.F, cuts.stays)
     enclosed = [piece for piece in patch.pieces if len(piece) > MAX_OMITTED_SHARE * len(given.V)]
     if enclosed:
         warnings.warn(
@@ -292,21 +292,21 @@ def _flatten_patch(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisph
             MeshWarning,
             stacklevel=stack_level(),
         )
-    surface = Submesh.checked(given.V, given.F[patch.rows])
+    surface = Submesh.from_input(given.V, given.F[patch.rows])
     with progress_part("flattening", 0.8):
         result = flatten(surface.V, surface.F, method=method)
     with progress_part("measuring", 1.0):
-        distances = Distances.within(surface.as_manifold(), most=SOURCE_COUNT)
-        uv = rotate_superior_up(result.uv, surface.V) * distances.best_scale(result.uv)
-        error = distances.error(uv)
-        uv = scatter(uv, surface.vertices, len(given.V))
+        distances = Distances.measure_within_rings(surface.as_manifold(), most=SOURCE_COUNT)
+        uv = rotate_superior_up(result.uv, surface.V) * distances.find_best_scale(result.uv)
+        error = distances.compute_mean_error(uv)
+        uv = scatter_to_input(uv, surface.vertices, len(given.V))
         patch, tangled, pairs = _remove_overlaps(given, patch, uv)
-        surface = Submesh.checked(given.V, given.F[patch.rows])
+        surface = Submesh.from_input(given.V, given.F[patch.rows])
         quality = replace(measure_quality(surface, uv[surface.vertices], pairs), distance_error=error)
         if result.outcome is Outcome.OVERLAPPING and not pairs:
             message = "no triangle is flipped or overlaps another, without the border that overlapped"
             result = replace(result, outcome=Outcome.VALID, message=message)
-    uv = scatter(uv[surface.vertices], surface.vertices, len(given.V))
+    uv = scatter_to_input(uv[surface.vertices], surface.vertices, len(given.V))
     return FlatHemisphere(given, given.F[patch.rows], uv, cuts, patch, tangled, quality, result)
 
 
@@ -322,16 +322,16 @@ def _remove_overlaps(
     stays[patch.vertices] = True
     while True:
         F = given.F[patch.rows]
-        pairs = overlapping_pairs(uv, F)
+        pairs = find_overlapping_pairs(uv, F)
         if not len(pairs):
             return patch, np.concatenate([np.zeros(0, dtype=np.int64), *out]), 0
         touched = np.unique(F[pairs])
         out.append(touched[find_border(given.F, patch)[touched]])
         if not len(out[-1]) or sum(map(len, out)) > MAX_OMITTED_SHARE * len(patch.vertices):
-            pairs = overlapping_pairs(uv, given.F[first.rows])
+            pairs = find_overlapping_pairs(uv, given.F[first.rows])
             return first, np.zeros(0, dtype=np.int64), len(pairs)
         stays[out[-1]] = False
-        patch = patch_faces(given.F, stays)
+        patch = find_patch_faces(given.F, stays)
 
 
 def find_border(F: IntArray, patch: PatchFaces) -> BoolArray:

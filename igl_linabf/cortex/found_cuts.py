@@ -11,7 +11,7 @@ from ..charts import find_seams
 from ..errors import MeshError, MeshWarning, stack_level
 from ..flattening import flatten
 from ..measures import Distances
-from ..surface import Submesh, connected_labels, patch_faces
+from ..surface import Submesh, connected_labels, find_patch_faces
 from .constants import MAX_OMITTED_SHARE, SOURCE_COUNT
 from .subjects import Hemisphere
 from .transfer import Cuts
@@ -29,8 +29,8 @@ def find_cuts(given: Hemisphere, wall: BoolArray, max_distance_error: float) -> 
     """
     if not wall.any():
         raise MeshError(f"{given.subject}, {given.name} has no medial wall, at which found cuts start")
-    patch = patch_faces(given.F, ~wall)
-    surface = Submesh.checked(given.V, given.F[patch.rows])
+    patch = find_patch_faces(given.F, ~wall)
+    surface = Submesh.from_input(given.V, given.F[patch.rows])
     least, best = np.inf, Cuts(wall, ())
     for trade in (None, *TRADES):
         seams = (
@@ -53,13 +53,13 @@ def find_cuts(given: Hemisphere, wall: BoolArray, max_distance_error: float) -> 
 
 def _measure_error(given: Hemisphere, cuts: Cuts) -> float:
     """Return the error of distances of the isometric map, or infinity if the cuts separate large pieces."""
-    patch = patch_faces(given.F, cuts.stays)
+    patch = find_patch_faces(given.F, cuts.stays)
     if sum(map(len, patch.pieces)) > MAX_OMITTED_SHARE * len(given.V):
         return np.inf
-    surface = Submesh.checked(given.V, given.F[patch.rows])
+    surface = Submesh.from_input(given.V, given.F[patch.rows])
     uv = flatten(surface.V, surface.F, method="isometric").uv
-    distances = Distances.within(surface.as_manifold(), most=SOURCE_COUNT)
-    return distances.error(uv * distances.best_scale(uv))
+    distances = Distances.measure_within_rings(surface.as_manifold(), most=SOURCE_COUNT)
+    return distances.compute_mean_error(uv * distances.find_best_scale(uv))
 
 
 def _split_seams(seams: IntArray, n: int) -> tuple[IntArray, ...]:

@@ -25,7 +25,7 @@ GYRUS, SULCUS = 0.75, 0.35  # grey levels of gyri and sulci
 def compute_area_changes(flat: FlatHemisphere) -> FloatArray:
     """Return log(area in the map / area of the surface) around each vertex, (#V,); NaN outside the map."""
     V, F = flat.hemisphere.V, flat.F
-    surface = Submesh.checked(V, F)
+    surface = Submesh.from_input(V, F)
     of_faces = np.nan_to_num(
         distortion(surface.V, surface.F, flat.uv[surface.vertices], "area"), neginf=-20.0
     )

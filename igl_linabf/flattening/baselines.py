@@ -21,18 +21,18 @@ from ..angles import (
     triangle_rows,
     vertex_rows,
 )
-from ..errors import MeshError, SingularSystemError, some
+from ..errors import MeshError, SingularSystemError, first_few
 from ..layouts import find_far_points, least_squares
 from ..linalg import NotPositiveDefiniteError, SolverName, Solvers
 from ..surface import (
     Mesh,
     Pins,
     complex_positions,
-    coordinates,
     flat_angles,
     flipped_faces,
     move_to_pins,
     normalize_placement,
+    real_coordinates,
     shape_is_pinned,
     signed_double_areas,
 )
@@ -146,12 +146,12 @@ def _result_of_map(
     flipped = flipped_faces(z, topology.corner)
     b = residual(constraints, alpha)
     return Flattening(
-        uv=coordinates(z),
+        uv=real_coordinates(z),
         F=mesh.faces,
         angles=np.ascontiguousarray(alpha.T),
         method=method,
         outcome=Outcome.FLIPPED if len(flipped) else Outcome.VALID,
-        message=f"faces {some(flipped)} are flipped: try linear ABF"
+        message=f"faces {first_few(flipped)} are flipped: try linear ABF"
         if len(flipped)
         else "no triangle is flipped",
         flipped=flipped,
@@ -168,6 +168,6 @@ def _no_map_error(mesh: Mesh, solver: str) -> SingularSystemError:
     alpha = corner_angles(mesh)
     thin = np.argsort(alpha.min(axis=0), kind="stable")[:5]
     return SingularSystemError(
-        f"{solver} finds no map in double precision; the thinnest triangles are faces {some(thin)} "
+        f"{solver} finds no map in double precision; the thinnest triangles are faces {first_few(thin)} "
         f"(smallest angle {alpha[:, thin[0]].min():.1e} rad): collapse them, or use linear ABF"
     )

@@ -21,15 +21,15 @@ from ..angles import (
 )
 from ..layouts import MAX_BOUNDARY_GAP, develop_boundary, flatten_isometrically, harmonic_map
 from ..linalg import NotPositiveDefiniteError, Solvers
-from ..measures import find_crossed_loops, overlapping_pairs
+from ..measures import find_crossed_loops, find_overlapping_pairs
 from ..surface import (
     Disks,
     bounded_ratio,
     complex_positions,
-    coordinates,
+    concatenate_sound_disks,
     flat_angles,
+    real_coordinates,
     signed_double_areas,
-    sound_disks,
 )
 from .fallbacks import STEP_AND_CHORD_RTOL, describe_newton
 from .methods import Isometric, LinABF
@@ -103,7 +103,7 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
         disks=disks,
         stepped=stepped,
         good=good,
-        uv=coordinates(z),
+        uv=real_coordinates(z),
         F=topology.corner.T - faces.repeat(vertices.start[:-1])[:, None],
         angles=np.ascontiguousarray(at.alpha.T),
         gap=boundary.gaps,
@@ -119,7 +119,7 @@ def isometric_maps(
     meshes: Sequence[Arrays], results: Sequence[Flattening], method: Isometric
 ) -> Iterator[tuple[int, Flattening]]:
     """Yield the index and the isometric map of each disk whose map is final after the common Newton steps."""
-    disks, found = sound_disks(meshes)
+    disks, found = concatenate_sound_disks(meshes)
     if disks is None:
         return
     vertices, faces, corner = disks.vertices, disks.faces, disks.topology.corner
@@ -136,8 +136,8 @@ def isometric_maps(
     after = DiskBlocks.from_disks(constraints, disks).residuals(at.residual).T
     scale = signed_double_areas(z, corner) / disks.double_area
     ratio = bounded_ratio(faces.max(scale), faces.min(scale))
-    uv, angles = coordinates(z), np.ascontiguousarray(alpha.T)
-    crossed = set(find_crossed_loops(z, *disks.rim).tolist())
+    uv, angles = real_coordinates(z), np.ascontiguousarray(alpha.T)
+    crossed = set(find_crossed_loops(z, *disks.boundary_loops).tolist())
     for k in np.flatnonzero(good).tolist():
         linear = results[found[k]]
         first = linear.report.attempts[-1].name
@@ -160,5 +160,5 @@ def isometric_maps(
             report=replace(linear.report, attempts=attempts, layout="isometric", layout_solver=how),
         )
         if k in crossed:
-            result = report_overlaps(result, overlapping_pairs(result.uv, result.F))
+            result = report_overlaps(result, find_overlapping_pairs(result.uv, result.F))
         yield int(found[k]), result

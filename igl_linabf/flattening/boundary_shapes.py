@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
 from ..angles import compute_inscribed_sums
-from ..errors import MeshError, format_count, some
-from ..surface import Mesh, Topology, find_chords, vertex_indices
+from ..errors import MeshError, first_few, format_count
+from ..surface import Mesh, Topology, convert_vertex_indices, find_chords
 from .constants import BOUNDARY_TOL
 
 BoundaryName = Literal["free", "circle", "circles", "rectangle"]
@@ -97,25 +97,25 @@ def _given_angles(mesh: Mesh, boundary: ArrayLike) -> FloatArray:
             "NaN where the boundary is free and at all interior vertices"
         )
     angles = angles[mesh.vertices]
-    inside = np.flatnonzero(mesh.topology.interior & ~np.isnan(angles))
+    inside = np.flatnonzero(mesh.topology.is_interior & ~np.isnan(angles))
     if len(inside):
         raise MeshError(
-            f"boundary has angles at vertices {some(mesh.vertices[inside])}, which are inside the mesh: set "
-            "them to NaN; interior angles of a flat map sum to 2 pi (igl_linabf.unwrap makes cones)"
+            f"boundary has angles at vertices {first_few(mesh.vertices[inside])}, which are inside the mesh: "
+            "set them to NaN; interior angles of a flat map sum to 2 pi (igl_linabf.unwrap makes cones)"
         )
     return angles
 
 
 def _given_corners(mesh: Mesh, corners: ArrayLike) -> IntArray:
     """Return the four given vertices in the order of the outer loop, from the first given vertex on."""
-    at = vertex_indices(corners, mesh.vertices, mesh.n_given, "corners")
+    at = convert_vertex_indices(corners, mesh.vertices, mesh.n_given, "corners")
     rim = mesh.topology.loops[0]
     place = np.full(mesh.topology.n, -1)
     place[rim] = np.arange(len(rim))
     inside = np.flatnonzero(place[at] < 0)
     if len(inside):
         raise MeshError(
-            f"corners {some(mesh.vertices[at[inside]])} are not on the outer boundary loop: give four "
+            f"corners {first_few(mesh.vertices[at[inside]])} are not on the outer boundary loop: give four "
             "vertices of this loop"
         )
     if len(np.unique(at)) != 4 or len(at) != 4:
@@ -165,15 +165,15 @@ def _check_shape(mesh: Mesh, shape: Shape) -> None:
     faces = np.bincount(topology.corner.ravel(), minlength=topology.n)
     if len(bad := np.flatnonzero(sums <= 0)):
         raise MeshError(
-            f"boundary asks for angles of {some(sums[bad])} rad at vertices {some(vertices[bad])}: an angle "
-            "of a flat map is positive"
+            f"boundary asks for angles of {first_few(sums[bad])} rad at vertices {first_few(vertices[bad])}: "
+            "an angle of a flat map is positive"
         )
     _check_gauss_bonnet(mesh, shape, faces)
     if len(bad := np.flatnonzero(sums >= np.pi * faces - BOUNDARY_TOL)):
         first = bad[0]
         raise MeshError(
-            f"the angles at vertices {some(vertices[bad])} cannot be so large (at vertex {vertices[first]} "
-            f"{sums[first]:.4f} rad, and each of its {faces[first]} faces has less than pi)"
+            f"the angles at vertices {first_few(vertices[bad])} cannot be so large (at vertex "
+            f"{vertices[first]} {sums[first]:.4f} rad, and each of its {faces[first]} faces has less than pi)"
             + (": they are ears, with one face" if (faces[bad] == 1).all() else "")
             + f"; make them corners, or split the edges opposite to them: {SPLIT_CHORDS_HINT}"
         )
@@ -181,8 +181,9 @@ def _check_shape(mesh: Mesh, shape: Shape) -> None:
     if parts:
         where = [vertices[[a, b]].tolist() for a, b in parts]
         raise MeshError(
-            f"the edges between boundary vertices {some(where)} cut off parts of the mesh that would have no "
-            f"area, as the boundary does not turn around them: choose other corners; {SPLIT_CHORDS_HINT}"
+            f"the edges between boundary vertices {first_few(where)} cut off parts of the mesh that would "
+            "have no area, as the boundary does not turn around them: choose other corners; "
+            f"{SPLIT_CHORDS_HINT}"
         )
 
 

@@ -17,7 +17,7 @@ from .._runtime import advance, align_columns, progress_part
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, format_count, is_number, stack_level, takes_vertices_and_faces
 from ..measures import Quality, format_pair_count, quality
-from ..surface import planar_mesh, scatter
+from ..surface import planar_mesh, scatter_to_input
 from . import other_programs
 from .baselines import make_lscm_call
 from .boundary_shapes import BoundaryName
@@ -184,7 +184,7 @@ def compare(
         except RuntimeError as error:
             warnings.warn(f"{error}: it is left out", FallbackWarning, stacklevel=stack_level())
             continue
-        uv = scatter(uv, mesh.vertices, mesh.n_given)
+        uv = scatter_to_input(uv, mesh.vertices, mesh.n_given)
         entries[name] = Entry(uv, quality(V, F, uv), taken, taken / base, None, None)
     return Comparison(entries, first[0].F)
 

@@ -38,7 +38,7 @@ class Flattener:
     """
 
     def __init__(self, F: ArrayLike) -> None:
-        self._faces = PlanarFaces.of(F)
+        self._faces = PlanarFaces.from_faces(F)
 
     def flatten(
         self,
@@ -80,4 +80,6 @@ class Flattener:
         >>> Flattener(F[1:]).flatten(V, [0, 1], [[0, 0], [1, 0]], method="abf").uv.shape
         (12, 2)
         """
-        return flatten_mesh(lambda: self._faces.at(V, outer), method, b, bc, progress, boundary, corners, up)
+        return flatten_mesh(
+            lambda: self._faces.with_positions(V, outer), method, b, bc, progress, boundary, corners, up
+        )

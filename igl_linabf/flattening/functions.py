@@ -18,14 +18,14 @@ from ..errors import (
     MeshError,
     MeshWarning,
     OutcomeWarning,
+    first_few,
     format_count,
-    some,
     stack_level,
     takes_vertices_and_faces,
 )
 from ..layouts import LayoutName
 from ..linalg import SolverName
-from ..measures import Distances, measure_quality, overlapping_pairs_of_chart
+from ..measures import Distances, find_overlapping_pairs_of_chart, measure_quality
 from ..surface import (
     Mesh,
     Pins,
@@ -33,17 +33,17 @@ from ..surface import (
     RepairedDisk,
     Submesh,
     complex_positions,
-    coordinates,
-    direction_in_space,
     flipped_faces,
-    mapped_direction,
-    pins,
+    map_direction,
+    parse_direction,
     planar_mesh,
+    real_coordinates,
     repair_disk,
     scale_to_unit_size,
-    scatter,
+    scatter_to_input,
     shape_is_pinned,
     signed_double_areas,
+    validate_pins,
 )
 from .boundary_shapes import BoundaryName, resolve_shape
 from .constants import ABF_TOL, MOST_STRETCH, TOL
@@ -495,14 +495,16 @@ def flatten(
     disk = repair_disk(V, F)
     made = flatten_mesh(
         lambda: planar_mesh(
-            disk.cleaned.V, disk.cleaned.F, None if outer is None else int(disk.rows("outer", [outer])[0])
+            disk.cleaned.V,
+            disk.cleaned.F,
+            None if outer is None else int(disk.convert_vertices("outer", [outer])[0]),
         ),
         method,
-        None if b is None else disk.rows("b", b),
+        None if b is None else disk.convert_vertices("b", b),
         bc,
         progress,
-        boundary if isinstance(boundary, str) else disk.at_vertices(boundary),
-        None if corners is None else disk.rows("corners", corners),
+        boundary if isinstance(boundary, str) else disk.gather_at_vertices(boundary),
+        None if corners is None else disk.convert_vertices("corners", corners),
         up,
         fit,
     )
@@ -538,7 +540,7 @@ def flatten_mesh(
     start, chosen = perf_counter(), resolve_method(method)
     with show_progress(progress):
         mesh = checked()
-        pinned = pins(b, bc, mesh.vertices, mesh.n_given)
+        pinned = validate_pins(b, bc, mesh.vertices, mesh.n_given)
         shape = resolve_shape(mesh, boundary, corners)
         if shape.name != "free" and not chosen.shapes:
             raise ValueError(f"the method {chosen.name!r} has a free boundary: use 'linabf' or 'abf'")
@@ -554,18 +556,18 @@ def flatten_mesh(
         made = chosen.run(mesh, pinned, shape) if shape.name != "free" else chosen.run(mesh, pinned)
         if fit == "lengths":
             begin = perf_counter()
-            surface = Submesh.of_arrays(mesh.V, mesh.faces)
-            scale = Distances.within(surface, most=FIT_SOURCES).best_scale(made.uv)
+            surface = Submesh.from_arrays(mesh.V, mesh.faces)
+            scale = Distances.measure_within_rings(surface, most=FIT_SOURCES).find_best_scale(made.uv)
             made = _replace_map(mesh, made, made.uv * scale, "scaled")
             seconds["fit"] = perf_counter() - begin
     if shape_is_pinned(pinned) and made.outcome in (Outcome.FLIPPED, Outcome.NOT_CONVERGED):
         _check_not_mirrored(mesh, pinned)
     if made.outcome.good:
         _warn_if_stretched(mesh, made.uv)
-        made = report_overlaps(made, overlapping_pairs_of_chart(mesh.topology, made.uv, MAX_COUNTED))
+        made = report_overlaps(made, find_overlapping_pairs_of_chart(mesh.topology, made.uv, MAX_COUNTED))
     if upwards is not None:
         made = _replace_map(mesh, made, _turn_upright(mesh, made.uv, upwards), "turned")
-    uv = scatter(made.uv, mesh.vertices, mesh.n_given)
+    uv = scatter_to_input(made.uv, mesh.vertices, mesh.n_given)
     seconds |= {**made.seconds, "total": perf_counter() - start}
     F = made.F if len(mesh.vertices) == mesh.n_given else mesh.vertices[made.F]
     return replace(made, uv=uv, F=F, seconds=seconds)
@@ -582,7 +584,7 @@ def _check_not_mirrored(mesh: Mesh, pinned: Pins) -> None:
     turned, size = np.count_nonzero(of_map * of_pins < 0), np.count_nonzero(of_map * of_pins)
     if size and turned >= MIRRORED_SHARE * size:
         raise MeshError(
-            f"the pins of vertices {some(mesh.vertices[index])} are mirrored: they run clockwise where "
+            f"the pins of vertices {first_few(mesh.vertices[index])} are mirrored: they run clockwise where "
             "the boundary of the map runs counterclockwise, and all triangles would flip; mirror the "
             "positions, as bc * [1, -1], or reverse the faces, F[:, ::-1]"
         )
@@ -601,7 +603,7 @@ def _warn_if_stretched(mesh: Mesh, uv: FloatArray) -> None:
     """Warn if a valid map is useless because most of the surface shrinks to a point."""
     corner, area = mesh.topology.corner, mesh.double_area
     flat = signed_double_areas(complex_positions(scale_to_unit_size(uv)), corner)
-    if not least_stretch(area, flat, Ragged.of_sizes([len(area)])) > MOST_STRETCH:
+    if not least_stretch(area, flat, Ragged.from_sizes([len(area)])) > MOST_STRETCH:
         return
     n = len(mesh.V)
     surface = Submesh(mesh.V, corner.T, np.arange(corner.shape[1]), np.arange(n), n)
@@ -619,7 +621,7 @@ def _check_up(up: ArrayLike, has_pins: bool, boundary: str) -> FloatArray:
     if has_pins or boundary == "rectangle":
         what = "pins" if has_pins else "the rectangle's corners"
         raise ValueError(f"up does not go together with {what}, which place the map: omit one of them")
-    return direction_in_space(up, "up")
+    return parse_direction(up, "up")
 
 
 def _replace_map(mesh: Mesh, made: Flattening, uv: FloatArray, how: str) -> Flattening:
@@ -628,7 +630,7 @@ def _replace_map(mesh: Mesh, made: Flattening, uv: FloatArray, how: str) -> Flat
     if not len(changed):
         return replace(made, uv=uv)
     warnings.warn(
-        f"the map is not {how}: faces {some(changed)} are at the end of double precision, and "
+        f"the map is not {how}: faces {first_few(changed)} are at the end of double precision, and "
         "rounding would flip them; cut the mesh, as igl_linabf.unwrap does",
         MeshWarning,
         stacklevel=stack_level(),
@@ -639,11 +641,11 @@ def _replace_map(mesh: Mesh, made: Flattening, uv: FloatArray, how: str) -> Flat
 def _turn_upright(mesh: Mesh, uv: FloatArray, up: FloatArray) -> FloatArray:
     """Turn the map so that the direction `up` points up, on average."""
     z = complex_positions(uv)
-    along, area = mapped_direction(mesh.V, z, mesh.topology.corner.T, up)
+    along, area = map_direction(mesh.V, z, mesh.topology.corner.T, up)
     mean = complex(along @ area / area.sum())
     size = np.sqrt(np.abs(signed_double_areas(z, mesh.topology.corner)).sum() / area.sum() / 2)
     if not abs(mean) > MIN_UP_LENGTH * size:
         said = f"up is {up.tolist()}, which points nowhere on this surface: the map is not turned"
         warnings.warn(f"{said}; give another direction", MeshWarning, stacklevel=stack_level())
         return uv
-    return coordinates(z * (1j * mean.conjugate() / abs(mean)))
+    return real_coordinates(z * (1j * mean.conjugate() / abs(mean)))

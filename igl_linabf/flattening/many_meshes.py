@@ -15,10 +15,17 @@ from .._core import side_products
 from .._runtime import Progress, advance, map_in_threads, progress_part, show_progress, stopwatch
 from .._types import FloatArray, IntArray
 from ..angles import Step
-from ..errors import MeshError, OutcomeWarning, SingularSystemError, some, stack_level
+from ..errors import MeshError, OutcomeWarning, SingularSystemError, first_few, stack_level
 from ..linalg import NotPositiveDefiniteError
-from ..measures import find_crossed_loops, overlapping_pairs
-from ..surface import Ragged, complex_positions, face_array, signed_double_areas, sound_disks, vertex_array
+from ..measures import find_crossed_loops, find_overlapping_pairs
+from ..surface import (
+    Ragged,
+    complex_positions,
+    concatenate_sound_disks,
+    face_array,
+    signed_double_areas,
+    vertex_array,
+)
 from .batches import LinearBatch, isometric_maps, linear_batch
 from .boundary_shapes import BoundaryName
 from .constants import MOST_STRETCH
@@ -155,15 +162,15 @@ def _warn_of_stretch(meshes: Sequence[Arrays | None], maps: Sequence[Flattening 
     if not valid:
         return
     index, V, F, uv = zip(*valid, strict=True)
-    vertices, faces = (Ragged.of_sizes([len(array) for array in arrays]) for arrays in (V, F))
+    vertices, faces = (Ragged.from_sizes([len(array) for array in arrays]) for arrays in (V, F))
     corner = np.ascontiguousarray(np.concatenate(F).T) + faces.repeat(vertices.start[:-1])
     area, _, _ = side_products(np.concatenate(V), corner)
     flat = signed_double_areas(complex_positions(np.concatenate(uv)), corner)
     stretched = np.array(index)[least_stretch(area, flat, faces) > MOST_STRETCH]
     if len(stretched):
         warnings.warn(
-            f"the maps of meshes {some(stretched)} have an L2 stretch of more than {MOST_STRETCH:g} (1 is "
-            "best): parts of them are too small to be useful, such as the far end of a long tube; cut "
+            f"the maps of meshes {first_few(stretched)} have an L2 stretch of more than {MOST_STRETCH:g} (1 "
+            "is best): parts of them are too small to be useful, such as the far end of a long tube; cut "
             "them, as igl_linabf.unwrap does",
             OutcomeWarning,
             stacklevel=stack_level(),
@@ -236,7 +243,7 @@ def _flatten_group(
     start = perf_counter()
     if len(group) < 2:
         return []
-    disks, found = sound_disks([meshes[i] for i in group])
+    disks, found = concatenate_sound_disks([meshes[i] for i in group])
     if disks is None or len(disks) < 2:
         return []
     try:
@@ -260,7 +267,7 @@ def _results_of_batch(
     before, _, after = (residuals.T.tolist() for residuals in stepped.residuals)
     residual, inner = stepped.residuals.max(axis=1).T.tolist(), stepped.inner_steps.T.tolist()
     gap, ratio = batch.gap.tolist(), batch.ratio.tolist()
-    crossed = set(find_crossed_loops(complex_positions(batch.uv), *batch.disks.rim).tolist())
+    crossed = set(find_crossed_loops(complex_positions(batch.uv), *batch.disks.boundary_loops).tolist())
     made = []
     for k in np.flatnonzero(batch.good).tolist():
         first, last = residual[k][0], residual[k][2]
@@ -294,6 +301,6 @@ def _results_of_batch(
             ),
         )
         if k in crossed:
-            result = report_overlaps(result, overlapping_pairs(result.uv, result.F))
+            result = report_overlaps(result, find_overlapping_pairs(result.uv, result.F))
         made.append((places[k], result))
     return made

@@ -11,7 +11,7 @@ import numpy as np
 from .._notebook import html_row, html_table, map_svg
 from .._types import FloatArray, IntArray
 from ..angles import Residual, Step, largest_magnitude
-from ..errors import format_count, some
+from ..errors import first_few, format_count
 from ..surface import HOPELESS_AREA_RATIO, SAFE_AREA_RATIO, Mesh, Repair
 
 MAX_COUNTED = 1000  # maximum number of overlapping pairs that are counted for the outcome
@@ -83,7 +83,7 @@ def determine_outcome(found: Findings) -> tuple[Outcome, str]:
     fit = f"largest angle residual {found.residual:.1e}"
     if len(found.invalid):
         return Outcome.ANGLES_INVALID, (
-            f"the target angles of faces {some(found.invalid)} are outside (0, pi), and {len(flipped)} "
+            f"the target angles of faces {first_few(found.invalid)} are outside (0, pi), and {len(flipped)} "
             "triangles of the map are flipped: use safeguard=True, or abf"
         )
     wide = ""
@@ -104,7 +104,7 @@ def determine_outcome(found: Findings) -> tuple[Outcome, str]:
         return Outcome.NOT_CONVERGED, (
             f"no triangle is flipped, but {note} ({fit}): look for degenerate faces, or cut the mesh{end}"
         )
-    where = f"faces {some(flipped)} are flipped or collapsed"
+    where = f"faces {first_few(flipped)} are flipped or collapsed"
     helps = (
         "cut the mesh towards them (igl_linabf.unwrap does this for you), or use guarantee='injective', "
         "which gives a map without flips, but with more distortion"
@@ -131,8 +131,8 @@ def report_overlaps(made: Flattening, pairs: IntArray) -> Flattening:
     count = f"more than {MAX_COUNTED:,}" if number > MAX_COUNTED else f"{number:,}"
     message = (
         f"{made.message}; but the map overlaps itself in {count} pair{'s' * (number > 1)} of "
-        f"triangles (faces {some(np.unique(pairs))}) and cannot carry a texture: igl_linabf.unwrap cuts it, "
-        "or moves its parts apart with ChartOptions(repair_overlaps=True), and igl_linabf.overlaps lists "
+        f"triangles (faces {first_few(np.unique(pairs))}) and cannot carry a texture: igl_linabf.unwrap cuts "
+        "it, or moves its parts apart with ChartOptions(repair_overlaps=True), and igl_linabf.overlaps lists "
         "the pairs"
     )
     return replace(made, outcome=Outcome.OVERLAPPING, message=message)
@@ -384,5 +384,5 @@ class Flattening:
         if report.repairs:
             rows["repairs"] = "; ".join(map(str, report.repairs))
         if len(report.repaired):
-            rows["repaired faces"] = some(report.repaired)
+            rows["repaired faces"] = first_few(report.repaired)
         return rows

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._types import FloatArray
-from ..errors import MeshWarning, some, stack_level
-from ..surface import connected_labels, unit_vectors
+from ..errors import MeshWarning, first_few, stack_level
+from ..surface import connected_labels, normalize_vectors
 from ..textures import Picture
 from .materials import COLOUR, WHITE, ImageMap, decode_srgb, encode_srgb
 from .mesh_file import Extras, MeshFile
@@ -31,7 +31,7 @@ def get_stored_colours(mesh: MeshFile) -> FloatArray | None:
     if extras.corner_colours is not None:
         return extras.corner_colours
     if extras.face_colours is not None:
-        return extras.face_colours[polygons.owner]
+        return extras.face_colours[polygons.polygon_of_corner]
     return None if extras.colours is None else extras.colours[polygons.corners]
 
 
@@ -56,7 +56,9 @@ def corner_colours(mesh: MeshFile) -> FloatArray | None:
     ]
     if extras.materials is not None and set(multipliers) - {UNIT_FACTOR}:
         # faces without a material have the index -1, which selects the last row: UNIT_FACTOR
-        factor_of_corner = np.array([*multipliers, UNIT_FACTOR])[extras.materials[1]][polygons.owner]
+        factor_of_corner = np.array([*multipliers, UNIT_FACTOR])[extras.materials[1]][
+            polygons.polygon_of_corner
+        ]
         colours = np.column_stack(
             (
                 encode_srgb(decode_srgb(colours[:, :3]) * factor_of_corner[:, :3]),
@@ -80,7 +82,7 @@ def compute_corner_normals(mesh: MeshFile) -> FloatArray:
         normals = np.repeat(np.cross(b - a, c - a)[:, None], 3, axis=1)
     else:
         normals = np.nan_to_num(igl.per_vertex_normals(V, triangles))[triangles]
-    return unit_vectors(normals)
+    return normalize_vectors(normals)
 
 
 def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
@@ -142,7 +144,7 @@ def replace_colours_that_are_not_finite(extras: Extras, name: str) -> Extras:
         if colours is None or np.isfinite(colours).all():
             return colours
         finite = np.asarray(np.isfinite(colours).all(axis=1))
-        bad = some(np.flatnonzero(~finite))
+        bad = first_few(np.flatnonzero(~finite))
         said = f"the colours of {of} {bad} of {name} are not finite: they are read as white"
         warnings.warn(said, MeshWarning, stacklevel=stack_level())
         return np.where(finite[:, None], colours, 1.0)

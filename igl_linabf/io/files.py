@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._runtime import replacing
 from .._types import FloatArray, IntArray
-from ..errors import MeshError, format_count, some
+from ..errors import MeshError, first_few, format_count
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, map_array, vertex_array
 from .colours import replace_colours_that_are_not_finite
@@ -269,9 +269,10 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     bare = np.flatnonzero((FTC == -1).any(axis=1))
     if len(bare):
         raise MeshError(
-            f"{path} has no texture coordinates at corners of the faces {some(bare)}: add vt indices there"
+            f"{path} has no texture coordinates at corners of the faces {first_few(bare)}: add vt indices "
+            "there"
         )
-    check_corners(TC, Polygons.of_triangles(FTC), f"the f lines of {path}", "vt")
+    check_corners(TC, Polygons.from_triangles(FTC), f"the f lines of {path}", "vt")
     return TC, FTC
 
 
@@ -307,7 +308,7 @@ def write_obj(path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, uv: Arra
     missing = np.flatnonzero(~mapped[faces].all(axis=1))
     if len(missing):
         raise MeshError(f"face {missing[0]} has a vertex without coordinates in uv: pass a map of all faces")
-    _write_as_obj(path, MeshFile(positions, Polygons.of_triangles(faces)).textured(map_))
+    _write_as_obj(path, MeshFile(positions, Polygons.from_triangles(faces)).textured(map_))
 
 
 def write_mesh(
@@ -411,7 +412,7 @@ def write_textured(
 
 def as_mesh_file(V: ArrayLike, F: ArrayLike) -> MeshFile:
     """Return a surface as a `MeshFile`; raise if faces refer to missing or non-finite vertices."""
-    positions, faces = vertex_array(V), Polygons.of(F)
+    positions, faces = vertex_array(V), Polygons.from_faces(F)
     check_corners(positions, faces, "F", "V")
     return MeshFile(positions, faces)
 
@@ -445,7 +446,7 @@ def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:
     >>> os.path.getsize(path) > 50_000
     True
     """
-    _write_as_obj(path, MeshFile(grid.V, Polygons.of(grid.faces)).textured(grid.uv))
+    _write_as_obj(path, MeshFile(grid.V, Polygons.from_faces(grid.faces)).textured(grid.uv))
 
 
 def unit_square(uv: ArrayLike) -> FloatArray:

@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 from .._runtime import replacing
 from .._types import FloatArray
 from ..charts import FIRST_UDIM_TILE
-from ..errors import MeshError, MeshWarning, some, stack_level
-from ..surface import unit_vectors
+from ..errors import MeshError, MeshWarning, first_few, stack_level
+from ..surface import normalize_vectors
 from .colours import GLTF_SUFFIXES, compute_corner_normals
 from .external import (
     PATCH_MAGIC,
@@ -264,7 +264,7 @@ def _adapt_names(mesh: MeshFile, suffix: str) -> tuple[MeshFile, list[str]]:
         if name != new_name
     ]
     if changed:
-        changed = [f"the exact names ({some(changed)})"]
+        changed = [f"the exact names ({first_few(changed)})"]
     return replace(mesh, extras=adapted), changed
 
 
@@ -349,10 +349,10 @@ def transform_to_object_space(mesh: MeshFile, path: str | os.PathLike[str]) -> t
         return V, normals
     sign = np.where(np.linalg.det(frames) < 0, -1.0, 1.0)
     face = np.zeros(len(V), dtype=np.int64)
-    face[mesh.polygons.corners] = mesh.polygons.owner
+    face[mesh.polygons.corners] = mesh.polygons.polygon_of_corner
     inverse = np.linalg.pinv(frames) * sign[:, None, None]
     rotated = normals @ (frames * sign[:, None, None])[mesh.split.face]
-    return np.einsum("vij,vj->vi", inverse[face], V), unit_vectors(rotated)
+    return np.einsum("vij,vj->vi", inverse[face], V), normalize_vectors(rotated)
 
 
 def has_transformed_textures(mesh: MeshFile, texcoord: int = 0) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..errors import MeshError, some
+from ..errors import MeshError, first_few
 from ..surface import Faces, Polygons, Triangles, vertex_array
 from .parsing import NO_EXTRAS, Extras
 from .references import Folder
@@ -95,17 +95,17 @@ class MeshFile:
     @property
     def F(self) -> Faces:  # noqa: N802
         """The faces: (#F, k) if all have k corners, otherwise a tuple with one array per face."""
-        return self.polygons.shaped
+        return self.polygons.as_faces
 
     @property
     def FTC(self) -> Faces | None:  # noqa: N802
         """Rows of `TC` at the corners, in the shape of `F`; None without texture coordinates."""
-        return None if self.texture is None else self.polygons.shape(self.texture)
+        return None if self.texture is None else self.polygons.reshape_like_faces(self.texture)
 
     @cached_property
     def split(self) -> Triangles:
         """The faces split into triangles."""
-        return self.polygons.split(self.V)
+        return self.polygons.triangulate(self.V)
 
     @property
     def triangles(self) -> IntArray:
@@ -123,7 +123,7 @@ class MeshFile:
         bare = np.ones(len(self.polygons), dtype=bool)
         if self.texture is not None:
             bare[:] = False
-            bare[self.polygons.owner[self.texture < 0]] = True
+            bare[self.polygons.polygon_of_corner[self.texture < 0]] = True
         return bare
 
     def list_bare_parts(self) -> list[str]:
@@ -132,7 +132,7 @@ class MeshFile:
         found = np.unique(of_face[self.bare]).tolist()
         if found and found[0] >= 0:
             return [names[i] for i in found]
-        return [f"faces {some(np.flatnonzero(self.bare))}"] if found else []
+        return [f"faces {first_few(np.flatnonzero(self.bare))}"] if found else []
 
     @property
     def units(self) -> Unit | None:
@@ -194,8 +194,8 @@ class MeshFile:
             The arrays do not match the faces.
         """
         map_ = vertex_array(TC, 2, "TC")
-        texture = self.polygons if FTC is None else self.polygons.texture_of(FTC)
-        is_free = (texture.corners == -1) & self.bare[texture.owner] & (self.texture is not None)
+        texture = self.polygons if FTC is None else self.polygons.parse_texture_indices(FTC)
+        is_free = (texture.corners == -1) & self.bare[texture.polygon_of_corner] & (self.texture is not None)
         given = np.where(is_free, texture.corners.max(initial=-1), texture.corners)
         name = "F, used as FTC," if FTC is None else "FTC"
         check_corners(map_, replace(texture, corners=given), name, "TC")
@@ -231,17 +231,17 @@ def gather_at_triangles(mesh: MeshFile, values: IntArray) -> IntArray:
 
 def check_corners(rows: FloatArray, index: Polygons, index_name: str, name: str) -> None:
     """Raise a `MeshError` if faces refer to rows that are missing or not finite."""
-    outside = index.outside(len(rows))
+    outside = index.find_out_of_range(len(rows))
     if len(outside):
-        first = index.corners[index.owner == outside[0]].tolist()
+        first = index.corners[index.polygon_of_corner == outside[0]].tolist()
         raise MeshError(
-            f"faces {some(outside)} refer in {index_name} to rows outside 0..{len(rows) - 1} of {name} "
+            f"faces {first_few(outside)} refer in {index_name} to rows outside 0..{len(rows) - 1} of {name} "
             f"(face {outside[0]} is {first}): correct the indices or complete {name}"
         )
     finite = np.asarray(np.isfinite(rows).all(axis=1))
-    missing = np.unique(index.owner[~finite[index.corners]])
+    missing = np.unique(index.polygon_of_corner[~finite[index.corners]])
     if len(missing):
         raise MeshError(
-            f"faces {some(missing)} have corners whose coordinates in {name} are NaN or infinite: "
+            f"faces {first_few(missing)} have corners whose coordinates in {name} are NaN or infinite: "
             "give them coordinates, or leave the faces out"
         )

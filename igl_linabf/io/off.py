@@ -69,7 +69,7 @@ def parse_off(data: bytes) -> MeshFile:
     for i in np.flatnonzero(np.asarray(polygons.sizes) < 3)[:1]:
         raise_damaged_line(line_numbers[i], rows[i], INVALID_FACE)
     faces = make_polygons(polygons)
-    for i in faces.outside(n)[:1]:
+    for i in faces.find_out_of_range(n)[:1]:
         raise_damaged_line(line_numbers[i], rows[i], f"refers to a vertex outside 0..{n - 1}")
     face_colours, other = _parse_face_colours(rows, faces.sizes.tolist())
     lost = {

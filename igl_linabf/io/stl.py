@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._types import FloatArray
-from ..errors import MeshWarning, format_count, some, stack_level
+from ..errors import MeshWarning, first_few, format_count, stack_level
 from ..surface import Polygons
 from .mesh_file import MeshFile
 from .parsing import (
@@ -57,11 +57,11 @@ def parse_stl(data: bytes) -> MeshFile:
         raise Damaged(f"its {len(data)} bytes are neither text nor binary STL")
     bad = np.flatnonzero(~np.isfinite(V).all(axis=1))
     if len(bad):
-        raise Damaged(f"triangles {some(np.unique(bad // 3))} have coordinates that are NaN or infinite")
+        raise Damaged(f"triangles {first_few(np.unique(bad // 3))} have coordinates that are NaN or infinite")
     F = np.arange(len(V)).reshape(-1, 3)
     if len(V):
         V, _, _, F = igl.remove_duplicate_vertices(V, F, 0.0)
-    return MeshFile(V, Polygons.of_triangles(F.astype(np.int64)), extras=extras)
+    return MeshFile(V, Polygons.from_triangles(F.astype(np.int64)), extras=extras)
 
 
 def _parse_binary_extras(title: bytes, attributes: NDArray[np.uint16]) -> Extras:

@@ -117,7 +117,7 @@ def find_face_pages(mesh: MeshFile) -> IntArray:
     """Return the page (UDIM tile) of each face, (#F,): the tile that contains the mean of its corners."""
     assert mesh.TC is not None and mesh.texture is not None
     middle = np.zeros((len(mesh.polygons), 2))
-    np.add.at(middle, mesh.polygons.owner, mesh.TC[mesh.texture])
+    np.add.at(middle, mesh.polygons.polygon_of_corner, mesh.TC[mesh.texture])
     column, row = np.floor(middle / mesh.polygons.sizes[:, None]).astype(np.int64).T
     return np.asarray(column + UDIM_ROW * row)
 

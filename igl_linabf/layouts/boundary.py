@@ -38,7 +38,7 @@ def develop_boundary(constraints: Constraints, b: Residual) -> Boundary:
     delta^2 / l. Only free angles are shifted; prescribed angles do not change. A loop on a circle is laid out
     from the ratios only.
     """
-    vertices, start = constraints.topology.rims
+    vertices, start = constraints.topology.outer_boundaries
     turning, log_ratio, asked = b.turning[vertices], b.log_ratio[vertices], constraints.sums[vertices]
     free, circle = np.isnan(asked), 0 in constraints.circles
     if not circle:
@@ -73,5 +73,5 @@ def harmonic_map(
     factored = (laplacian or pattern.get_analysis(solvers)).factor(lower.data)
     rhs = pattern.fixed_vertex_terms(weight, z)
     rhs[n:] = 0.0
-    z[topology.interior] = complex_positions(factored.solve(rhs)[:n])
+    z[topology.is_interior] = complex_positions(factored.solve(rhs)[:n])
     return z, factored.name

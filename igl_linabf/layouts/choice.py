@@ -10,24 +10,24 @@ from numpy.typing import ArrayLike
 
 from .._types import ComplexArray, FloatArray, IntArray
 from ..angles import Constraints, Iterate, build_constraints
-from ..errors import MeshError, SingularSystemError, format_count, some
+from ..errors import MeshError, SingularSystemError, first_few, format_count
 from ..linalg import Analysis, NotPositiveDefiniteError, SolverName, Solvers
 from ..surface import (
     Pins,
     Topology,
-    compact,
+    build_planar_topology,
     complex_positions,
-    coordinates,
     count_vertices,
+    drop_unused_vertices,
     face_array,
     find_loop_of_vertex,
     find_outer_loop_of_angles,
     move_to_pins,
     normalize_placement,
-    pins,
-    planar_topology,
-    scatter,
+    real_coordinates,
+    scatter_to_input,
     shape_is_pinned,
+    validate_pins,
     vertex_array,
     with_outer_loop,
 )
@@ -109,7 +109,7 @@ def lay_out(
         if method == "boundary":
             z, solver = harmonic_map(boundary, at, constraints, laplacian, solvers)
         elif method == "least-squares":
-            ends = slice(None) if prescribed else find_far_points(coordinates(boundary.z))
+            ends = slice(None) if prescribed else find_far_points(real_coordinates(boundary.z))
             index, position = rim[ends], boundary.z[ends]
             if pinned is not None and not prescribed:
                 index, position = pinned[0], complex_positions(pinned[1])
@@ -131,7 +131,7 @@ def _describe_thinnest(method: str, alpha: FloatArray) -> str:
     thin = np.argsort(alpha.min(axis=0), kind="stable")[:5]
     return (
         f"the {method} layout is singular in double precision; the thinnest target triangles are faces "
-        f"{some(thin)} (smallest angle {alpha[:, thin[0]].min():.1e} rad): remove degenerate faces, "
+        f"{first_few(thin)} (smallest angle {alpha[:, thin[0]].min():.1e} rad): remove degenerate faces, "
         "cut the mesh, or use layout='greedy'"
     )
 
@@ -196,19 +196,19 @@ def layout(
     check_method(method)
     faces = face_array(F)
     n = count_vertices(faces)
-    vertices, compacted = compact(faces, n)
-    topology = planar_topology(compacted, vertices)
+    vertices, compacted = drop_unused_vertices(faces, n)
+    topology = build_planar_topology(compacted, vertices)
     alpha = check_angles(angles, len(faces))
     if outer is not None:
         first = find_loop_of_vertex(topology, outer, vertices)
     else:
         first = find_outer_loop_of_angles(topology, alpha)
     topology = with_outer_loop(topology, first)
-    pinned = pins(b, bc, vertices, n)
+    pinned = validate_pins(b, bc, vertices, n)
     constraints = build_constraints(topology)
     at, options = Iterate.from_angles(constraints, alpha), LayoutOptions(method, pinned)
     made = lay_out(constraints, at, options, Solvers(solver))
-    return scatter(coordinates(made.z), vertices, n)
+    return scatter_to_input(real_coordinates(made.z), vertices, n)
 
 
 def check_method(method: str) -> None:
@@ -240,7 +240,7 @@ def check_angles(angles: ArrayLike, m: int) -> FloatArray:
     )
     if len(bad):
         raise MeshError(
-            f"the angles of faces {some(bad)} are not those of a triangle (face {bad[0]}: "
+            f"the angles of faces {first_few(bad)} are not those of a triangle (face {bad[0]}: "
             f"{array[bad[0]].tolist()} rad): they must be within (0, pi) and sum to pi"
         )
     return np.ascontiguousarray(array.T)

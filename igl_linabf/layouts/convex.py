@@ -8,7 +8,7 @@ from scipy import sparse
 from .._types import BoolArray, ComplexArray, IntArray
 from ..angles import Pattern
 from ..linalg import NotPositiveDefiniteError, Solvers
-from ..surface import Topology, planar_topology, signed_double_areas
+from ..surface import Topology, build_planar_topology, signed_double_areas
 
 DECAYS = (0.5, 1.0, 0.25, 0.0)  # decay rates of the weights, per edge towards the interior, tried in turn
 MAX_EXPONENT = 600.0  # maximum x in a weight exp(-x); double precision underflows beyond 700
@@ -27,7 +27,7 @@ def embed_in_circle(topology: Topology, solvers: Solvers) -> Iterator[ComplexArr
             np.column_stack((np.roll(loop, -1), loop, np.full(len(loop), n + i)))
             for i, loop in enumerate(topology.loops[1:])
         ]
-        filled = planar_topology(
+        filled = build_planar_topology(
             np.concatenate((topology.corner.T, *fans)), np.arange(n + len(topology.loops) - 1)
         )
     rim = topology.loops[0]
@@ -48,7 +48,7 @@ def embed_patches(topology: Topology, z: ComplexArray, solvers: Solvers) -> Iter
     for flips.
     """
     bad = ~(signed_double_areas(z, topology.corner) > 0)
-    inside = topology.interior
+    inside = topology.is_interior
     near = np.zeros(topology.n, dtype=bool)
     near[topology.corner[:, bad]] = True
     rings = 0

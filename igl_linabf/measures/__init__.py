@@ -6,15 +6,15 @@ Sander, Snyder, Gortler and Hoppe (2001).
 """
 
 from .distances import RINGS, Distances, check_rings, distance_error
-from .figures import Quality, QualityReport, measure_qualities, measure_quality, quality, table
+from .figures import Quality, QualityReport, format_table, measure_qualities, measure_quality, quality
 from .overlapping import (
     MAX_PAIRS,
     NO_PAIRS,
     find_crossed_loops,
+    find_overlapping_pairs,
+    find_overlapping_pairs_of_chart,
+    find_overlapping_pairs_of_charts,
     format_pair_count,
-    overlapping_pairs,
-    overlapping_pairs_of_chart,
-    overlapping_pairs_of_each,
     overlaps,
 )
 from .per_triangle import MEASURES, Change, Measure, distortion, measure_change

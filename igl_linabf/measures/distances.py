@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 
 from .._types import FloatArray, IntArray
-from ..errors import MeshError, is_number, some
+from ..errors import MeshError, first_few, is_number
 from ..surface import Submesh
 
 RINGS = 7  # rings of neighbours within which distances are compared, as in FreeSurfer
@@ -66,8 +66,8 @@ def distance_error(V: ArrayLike, F: ArrayLike, uv: ArrayLike, rings: int = RINGS
     0.1
     """
     check_rings(rings)
-    surface = Submesh.checked_manifold(V, F)
-    return Distances.within(surface, rings).error(surface.checked_map(uv))
+    surface = Submesh.manifold_from_input(V, F)
+    return Distances.measure_within_rings(surface, rings).compute_mean_error(surface.check_map(uv))
 
 
 def check_rings(rings: object) -> None:
@@ -92,7 +92,7 @@ class Distances:
     length: FloatArray
 
     @classmethod
-    def within(cls, surface: Submesh, rings: int = RINGS, most: int | None = None) -> Distances:
+    def measure_within_rings(cls, surface: Submesh, rings: int = RINGS, most: int | None = None) -> Distances:
         """Measure distances from the vertices of a manifold to their neighbours within `rings` rings.
 
         If the mesh has more than `most` vertices, measure from a random sample of `most` vertices. The
@@ -119,23 +119,23 @@ class Distances:
         lost = made.ends[0, ~np.isfinite(made.length)]
         if len(lost):
             raise MeshError(
-                f"igl finds no distances around vertices {some(np.unique(lost))}: look for slivers there, or "
-                "let igl_linabf.clean remove them"
+                f"igl finds no distances around vertices {first_few(np.unique(lost))}: look for slivers "
+                "there, or let igl_linabf.clean remove them"
             )
         return made
 
-    def in_map(self, map_: FloatArray) -> FloatArray:
+    def measure_in_map(self, map_: FloatArray) -> FloatArray:
         """Return the distances between the vertices of each pair in a flat map, (#P,)."""
         start, end = map_[self.ends]
         return np.asarray(np.hypot(*(end - start).T))
 
-    def error(self, map_: FloatArray) -> float:
+    def compute_mean_error(self, map_: FloatArray) -> float:
         """Return the mean error of distances in a map, relative to the mean distance."""
-        return float(np.abs(self.in_map(map_) - self.length).sum() / self.length.sum())
+        return float(np.abs(self.measure_in_map(map_) - self.length).sum() / self.length.sum())
 
-    def best_scale(self, map_: FloatArray) -> float:
+    def find_best_scale(self, map_: FloatArray) -> float:
         """Return the scale factor that minimizes the mean error of distances in a map: a weighted median."""
-        flat = self.in_map(map_)
+        flat = self.measure_in_map(map_)
         apart = flat > 0
         ratio, weight = self.length[apart] / flat[apart], flat[apart]
         order = np.argsort(ratio)

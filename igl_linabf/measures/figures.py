@@ -15,7 +15,7 @@ from .._types import FloatArray
 from ..errors import format_count, takes_vertices_and_faces
 from ..surface import Ragged, Submesh, scale_to_unit_size
 from .distances import Distances, check_rings
-from .overlapping import format_pair_count, overlapping_pairs
+from .overlapping import find_overlapping_pairs, format_pair_count
 from .per_triangle import Change, measure_change
 
 
@@ -99,7 +99,7 @@ class Quality:
         )
 
     def __str__(self) -> str:
-        return table({"": self})
+        return format_table({"": self})
 
     def _repr_html_(self) -> str:
         return html_table(_make_rows({"": self}), header=False)
@@ -124,7 +124,7 @@ ROWS = {
 }
 
 
-def table(columns: Mapping[str, Quality], extra: Mapping[str, Mapping[str, str]] | None = None) -> str:
+def format_table(columns: Mapping[str, Quality], extra: Mapping[str, Mapping[str, str]] | None = None) -> str:
     """Format the qualities of several maps as a text table with one column per map.
 
     Parameters
@@ -193,12 +193,12 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike, rings: int | None = None)
     """
     if rings is not None:
         check_rings(rings)
-    surface = Submesh.checked(V, F)
-    map_ = surface.checked_map(uv)
+    surface = Submesh.from_input(V, F)
+    map_ = surface.check_map(uv)
     measured = measure_quality(surface, map_)
     if rings is None:
         return measured
-    error = Distances.within(surface.as_manifold(), rings).error(map_)
+    error = Distances.measure_within_rings(surface.as_manifold(), rings).compute_mean_error(map_)
     return replace(measured, distance_error=error)
 
 
@@ -209,9 +209,9 @@ def measure_quality(
 
     The number of overlapping pairs and the change of the triangles are computed unless they are given.
     """
-    count = len(overlapping_pairs(map_, surface.F)) if overlaps is None else overlaps
+    count = len(find_overlapping_pairs(map_, surface.F)) if overlaps is None else overlaps
     known = measure_change(surface, map_) if changed is None else changed
-    return _combine_changes(known, Ragged.of_sizes([len(surface.F)]), [count])[0]
+    return _combine_changes(known, Ragged.from_sizes([len(surface.F)]), [count])[0]
 
 
 def measure_qualities(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Quality]:
@@ -219,8 +219,8 @@ def measure_qualities(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list
     if not charts:
         return []
     surfaces, maps, overlaps = zip(*charts, strict=True)
-    vertices = Ragged.of_sizes([len(surface.V) for surface in surfaces])
-    faces = Ragged.of_sizes([len(surface.F) for surface in surfaces])
+    vertices = Ragged.from_sizes([len(surface.V) for surface in surfaces])
+    faces = Ragged.from_sizes([len(surface.F) for surface in surfaces])
     surface = surfaces[0] if len(surfaces) == 1 else _concatenate_surfaces(surfaces, vertices, faces)
     changed = measure_change(surface, np.concatenate([*map(scale_to_unit_size, maps)]), faces)
     return _combine_changes(changed, faces, overlaps)
@@ -252,7 +252,7 @@ def _combine_changes(changed: Change, faces: Ragged, overlaps: Sequence[int]) ->
             faces.max(conformal),
             _percentile_99(changed.edge_change, faces),
         )
-    flips = faces.sum(changed.flipped.astype(np.int64)).tolist()
+    flips = faces.sum(changed.is_flipped.astype(np.int64)).tolist()
     reports = map(QualityReport, *np.stack(further).tolist(), faces.sizes.tolist())
     return list(map(Quality, *np.stack(figures).tolist(), flips, overlaps, reports))
 

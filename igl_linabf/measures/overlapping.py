@@ -81,8 +81,8 @@ def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
     >>> overlaps(square + corner, F, between=True)
     array([[0, 2]])
     """
-    surface = Submesh.checked(uv, F, 2, "uv")
-    pairs = overlapping_pairs(surface.V, surface.F, between=between)
+    surface = Submesh.from_input(uv, F, 2, "uv")
+    pairs = find_overlapping_pairs(surface.V, surface.F, between=between)
     if len(pairs) > MAX_PAIRS:
         warnings.warn(
             f"{format_pair_count(len(pairs))} pairs of faces overlap, and the list is incomplete: flatten "
@@ -93,7 +93,7 @@ def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
     return pairs
 
 
-def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -> IntArray:
+def find_overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -> IntArray:
     """Find overlapping pairs as `overlaps` does, in a checked map."""
     map_ = scale_to_unit_size(map_)
     if between:
@@ -107,8 +107,10 @@ def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -
     return np.asarray(index[find_overlaps(z, F[index], chart[index], MAX_PAIRS)])
 
 
-def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray, limit: int | None = None) -> IntArray:
-    """Find the `overlapping_pairs` of a connected surface whose boundary loops are known.
+def find_overlapping_pairs_of_chart(
+    topology: Topology, map_: FloatArray, limit: int | None = None
+) -> IntArray:
+    """Find the `find_overlapping_pairs` of a connected surface whose boundary loops are known.
 
     If there are more than `limit` pairs, by default `MAX_PAIRS`, the list has `limit` + 1 rows.
     """
@@ -117,18 +119,19 @@ def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray, limit: int 
     index = np.arange(len(F))
     if upright and topology.loops:
         rim = np.concatenate(topology.loops)
-        following = Ragged.of_sizes(list(map(len, topology.loops))).following
+        following = Ragged.from_sizes(list(map(len, topology.loops))).next_element
         if _winds_once(z[rim], following, np.zeros(len(rim), dtype=np.int64), 1)[0]:
             return NO_PAIRS
         index = np.flatnonzero(find_suspect_faces(z, F, rim, rim[following]))
     return np.asarray(index[_find_all_pairs(z, F[index], limit)])
 
 
-def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> list[IntArray]:
-    """Return the `overlapping_pairs` of each of many charts (uv, F), without comparing different charts."""
+def find_overlapping_pairs_of_charts(maps: Sequence[tuple[FloatArray, IntArray]]) -> list[IntArray]:
+    """Return the `find_overlapping_pairs` of each of many charts (uv, F), without comparing different "
+    "charts."""
     if not maps:
         return []
-    vertices, faces = (Ragged.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
+    vertices, faces = (Ragged.from_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
     F = np.concatenate([F for _, F in maps]) + faces.repeat(vertices.start[:-1])[:, None]
     largest = np.array([np.abs(uv).max() for uv, _ in maps])
     scale = np.ldexp(1.0, -np.frexp(largest)[1])  # powers of two scale without rounding
@@ -143,7 +146,7 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
         rows = np.flatnonzero(np.isin(chart, asked))
         pairs = rows[find_overlaps(z, F[rows], chart[rows], MAX_PAIRS)]
         if len(pairs) > MAX_PAIRS:  # the list is truncated, and may lack pairs of any chart
-            return [overlapping_pairs(uv, F) for uv, F in maps]
+            return [find_overlapping_pairs(uv, F) for uv, F in maps]
         of = chart[pairs[:, 0]]
         for i in np.unique(of).tolist():
             found[i] = pairs[of == i] - faces.start[i]
@@ -190,7 +193,7 @@ def find_crossed_loops(z: ComplexArray, rim: IntArray, loops: Ragged) -> IntArra
     loops, and `loops` divides them into disks.
     """
     of, n = loops.repeat(np.arange(len(loops))), len(loops)
-    return np.flatnonzero(~_winds_once(np.nan_to_num(z[rim]), loops.following, of, n))
+    return np.flatnonzero(~_winds_once(np.nan_to_num(z[rim]), loops.next_element, of, n))
 
 
 def _winds_once(z: ComplexArray, following: IntArray, of: IntArray, number: int) -> BoolArray:
@@ -204,7 +207,7 @@ def _winds_once(z: ComplexArray, following: IntArray, of: IntArray, number: int)
     number of charts.
     """
     ordered, sizes, _ = boundary_loops(np.arange(len(z)), following, len(z))
-    loops = Ragged.of_sizes(sizes)
+    loops = Ragged.from_sizes(sizes)
     first = ordered[loops.start[:-1]]
     points = z[np.insert(ordered, loops.start[1:], first)]
     lines = shapely.linestrings(points.real, points.imag, indices=np.repeat(np.arange(len(loops)), sizes + 1))

@@ -55,8 +55,8 @@ def distortion(V: ArrayLike, F: ArrayLike, uv: ArrayLike, measure: Measure = "an
     """
     if measure not in MEASURES:
         raise ValueError(f"measure is {measure!r}: use one of {', '.join(map(repr, MEASURES))}")
-    surface = Submesh.checked(V, F)
-    changed = measure_change(surface, surface.checked_map(uv))
+    surface = Submesh.from_input(V, F)
+    changed = measure_change(surface, surface.check_map(uv))
     if measure == "angle":
         return np.asarray(changed.angle_distortion.mean(axis=0))
     if measure == "conformal":
@@ -99,12 +99,12 @@ class Change:
         """Squared relative errors of angles, (3, #F) float64, whose mean is F/3nt of the paper."""
         return np.asarray((self.angle_error / self.angle) ** 2)
 
-    def mean(self, values: FloatArray) -> float:
+    def area_weighted_mean(self, values: FloatArray) -> float:
         """Return the mean of values of the faces, (#F,), weighted by area in 3-D."""
         return float(self.double_area @ values) / float(self.double_area.sum())
 
     @property
-    def flipped(self) -> BoolArray:
+    def is_flipped(self) -> BoolArray:
         """Mask of the flipped or collapsed triangles, (#F,) bool."""
         return ~(self.signed > 0)
 
@@ -155,7 +155,7 @@ def measure_change(surface: Submesh, map_: FloatArray, parts: Ragged | None = No
     """
     map_ = scale_to_unit_size(map_)
     corner = np.ascontiguousarray(surface.F.T)
-    double_area, dot = surface.measured
+    double_area, dot = surface.areas_and_products
     angle, error, signed, major, minor, sides = triangle_changes(surface.V, map_, corner, double_area, dot)
     scale: float | FloatArray
     if parts is None:

@@ -29,8 +29,8 @@ def find_suspect_faces(z: ComplexArray, F: IntArray, tail: IntArray, head: IntAr
     marked = _mark_passed_cells(a, b, side) | (_winding_numbers(a, b, side) > 1)
     total = np.zeros((side + 1, side + 1), dtype=np.int64)
     total[1:, 1:] = marked.cumsum(axis=0).cumsum(axis=1)
-    first, last = _touched_range((left - low.real) * scale, (right - low.real) * scale, side)
-    lowest, highest = _touched_range((below - low.imag) * scale, (above - low.imag) * scale, side)
+    first, last = _find_touched_cells((left - low.real) * scale, (right - low.real) * scale, side)
+    lowest, highest = _find_touched_cells((below - low.imag) * scale, (above - low.imag) * scale, side)
     highest, last = highest + 1, last + 1
     in_box = total[highest, last] - total[lowest, last] - total[highest, first] + total[lowest, first]
     return np.asarray(in_box > 0)
@@ -61,7 +61,7 @@ def _subdivide(start: ComplexArray, end: ComplexArray) -> tuple[ComplexArray, Co
     return a + along * (step / number[of]), ends
 
 
-def _touched_range(low: FloatArray, high: FloatArray, side: int) -> tuple[IntArray, IntArray]:
+def _find_touched_cells(low: FloatArray, high: FloatArray, side: int) -> tuple[IntArray, IntArray]:
     """Return the first and last grid columns (or rows) that overlap each range from `low` to `high`."""
     ends = low - CELL_MARGIN, high + CELL_MARGIN
     first, last = (np.clip(np.floor(x), 0, side - 1).astype(np.int64) for x in ends)
@@ -70,8 +70,8 @@ def _touched_range(low: FloatArray, high: FloatArray, side: int) -> tuple[IntArr
 
 def _mark_passed_cells(a: ComplexArray, b: ComplexArray, side: int) -> BoolArray:
     """Return a mask of the grid cells that short line segments from a to b may pass."""
-    columns = _touched_range(np.minimum(a.real, b.real), np.maximum(a.real, b.real), side)
-    rows = _touched_range(np.minimum(a.imag, b.imag), np.maximum(a.imag, b.imag), side)
+    columns = _find_touched_cells(np.minimum(a.real, b.real), np.maximum(a.real, b.real), side)
+    rows = _find_touched_cells(np.minimum(a.imag, b.imag), np.maximum(a.imag, b.imag), side)
     marked = np.zeros((side, side), dtype=bool)
     for row in rows:
         for column in columns:

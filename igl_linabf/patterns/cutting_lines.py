@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from .._types import FloatArray, IntArray
-from ..surface import unit_vectors
+from ..surface import normalize_vectors
 from .joined_pieces import CutSurface, group_rows
 from .seam_pairs import SeamSides, Sides
 from .tabs import TabPlace
@@ -86,7 +86,7 @@ def find_narrow_seams(
         for run in seam.runs:
             side = run[len(run) // 2]
             tail, head = cut.flat[sides.start[side]], cut.flat[sides.end[side]]
-            along = unit_vectors(head - tail)
+            along = normalize_vectors(head - tail)
             outward = np.array([along[1], -along[0]]) * gap
             ray = (tail + head) / 2 + np.outer([RAY_START, 1], outward)
             shape = shapes[int(cut.piece[sides.start[side]])]

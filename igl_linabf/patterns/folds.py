@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from ..surface import NEXT, unit_vectors
+from ..surface import NEXT, normalize_vectors
 from .joined_pieces import CutSurface
 from .seam_pairs import SeamSides, Sides
 
@@ -59,7 +59,7 @@ def join_segments(segments: FloatArray) -> list[FloatArray]:
     order = np.argsort(node, kind="stable")
     first = np.searchsorted(node[order], np.flatnonzero(np.bincount(node, minlength=len(places)) == 2))
     one, other = order[first], order[first + 1]
-    away = unit_vectors(places[node[np.arange(len(node)) ^ 1]] - places[node])
+    away = normalize_vectors(places[node[np.arange(len(node)) ^ 1]] - places[node])
     straight = (away[one] * away[other]).sum(axis=1) <= -np.cos(np.radians(MAX_TURN))
     following = np.full(len(node), -1)
     following[one[straight]], following[other[straight]] = other[straight], one[straight]
@@ -78,7 +78,7 @@ def join_segments(segments: FloatArray) -> list[FloatArray]:
 def _find_normals(cut: CutSurface) -> FloatArray:
     """Return the unit normals of the faces."""
     a, b, c = cut.surface[cut.topology.corner]
-    return unit_vectors(np.cross(b - a, c - a))
+    return normalize_vectors(np.cross(b - a, c - a))
 
 
 def _measure_angles(one: FloatArray, other: FloatArray, along: FloatArray) -> FloatArray:

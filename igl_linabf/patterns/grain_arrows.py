@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from shapely import LineString, intersects, polygons, unary_union
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..surface import complex_positions, mapped_direction
+from ..surface import complex_positions, map_direction
 from .joined_pieces import CutSurface, find_narrowest_turns, group_rows
 
 ARROW_HALF_LENGTH = 0.3  # half the length of a grain arrow, relative to the extent of its piece
@@ -62,8 +62,8 @@ def find_directions(cut: CutSurface, direction: FloatArray) -> PieceDirections:
     piece's long side is used, towards increasing coordinates in space.
     """
     z = complex_positions(cut.flat)
-    along, area = mapped_direction(cut.surface, z, cut.F, direction)
-    aside, _ = mapped_direction(cut.surface, z, cut.F, np.ones(3))
+    along, area = map_direction(cut.surface, z, cut.F, direction)
+    aside, _ = map_direction(cut.surface, z, cut.F, np.ones(3))
     piece = cut.piece
     of = piece[cut.F[:, 0]]
     long_sides = _find_long_sides(cut, piece)

@@ -10,7 +10,7 @@ import numpy as np
 from .._core import merge_regions, min_rectangle_rotations
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..charts import compute_overlap_depths
-from ..surface import Ragged, Topology, build_topology, complex_positions, connected_labels, coordinates
+from ..surface import Ragged, Topology, build_topology, complex_positions, connected_labels, real_coordinates
 from .seam_pairs import Sides, find_partners
 
 FIT_TOLERANCE = 1e-5  # maximum gap between sides that coincide, relative to the extent of their pieces
@@ -100,7 +100,7 @@ def _assemble_pieces(cut: CutSurface, rim: Sides, partner: IntArray, joinable: B
         triangles, compute_overlap_depths(triangles, extent[of[order]], FIT_TOLERANCE), faces.start,
         hinges.pairs, hinges.turn, hinges.shift, much, np.ones(len(much)),
     )  # fmt: skip
-    return replace(cut, flat=coordinates(turn[piece] * z + shift[piece]))
+    return replace(cut, flat=real_coordinates(turn[piece] * z + shift[piece]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from .._types import FloatArray
 from ..errors import is_number
-from ..surface import direction_in_space
+from ..surface import parse_direction
 
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8, "um": 1e-3}
 DEFAULT_UNITS = "mm"  # unit of length if the file of a surface does not state a unit
@@ -72,8 +72,8 @@ class PatternOptions:
         return cls(
             units,
             float(crease),
-            direction_in_space(grain, "grain"),
-            None if up is None else direction_in_space(up, "up"),
+            parse_direction(grain, "grain"),
+            None if up is None else parse_direction(up, "up"),
             float(tabs or 0) * MILLIMETRES[units],
             float(allowance or 0) * MILLIMETRES[units],
             _check_compensation(compensation),

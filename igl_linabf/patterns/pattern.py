@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .._runtime import align_columns
 from .._types import FloatArray, IntArray
 from ..charts import Atlas
-from ..errors import MeshWarning, format_count, some, stack_level
+from ..errors import MeshWarning, first_few, format_count, stack_level
 from .folds import find_seam_angles
 from .grain_arrows import place_arrows
 from .options import PatternOptions
@@ -167,13 +167,13 @@ def _warn_about_seams(layout: PatternLayout, options: PatternOptions) -> None:
     seams, number, messages = layout.seams_without_room, len(layout.seams), []
     if seams and options.tabs:
         messages.append(
-            f"no tab fits beside {len(seams)} of {number} seams ({some(seams)}): use narrower tabs, or glue "
-            "a strip of paper behind these seams"
+            f"no tab fits beside {len(seams)} of {number} seams ({first_few(seams)}): use narrower tabs, or "
+            "glue a strip of paper behind these seams"
         )
     elif seams:
         messages.append(
             f"another part of the piece is closer than twice the allowance at {len(seams)} of {number} seams "
-            f"({some(seams)}): fold these seams as darts, or use a smaller allowance"
+            f"({first_few(seams)}): fold these seams as darts, or use a smaller allowance"
         )
     if layout.closed_holes:
         messages.append(

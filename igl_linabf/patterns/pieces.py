@@ -16,8 +16,8 @@ from ..surface import (
     Polygons,
     Triangles,
     complex_positions,
-    coordinates,
     map_array,
+    real_coordinates,
     signed_double_areas,
     vertex_array,
 )
@@ -149,7 +149,7 @@ def _turn_pieces(
     local = complex_positions(cut.flat) * pointing.towards.conj()[cut.piece]
     arrows = pointing.towards * turn
     z = (along * local.real + across * local.imag * 1j) * arrows[cut.piece]
-    return replace(cut, flat=coordinates(z)), float(np.max(change, initial=0)), arrows
+    return replace(cut, flat=real_coordinates(z)), float(np.max(change, initial=0)), arrows
 
 
 def _build_cut_surface(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, unit: float) -> CutSurface:
@@ -163,7 +163,7 @@ def _build_cut_surface(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, uni
                 f"the atlas refers to vertex {origin.max()} of {len(points)}: pass the unwrapped V and F"
             )
     else:
-        split, origin = Polygons.of(F).split(points), np.arange(len(points))
+        split, origin = Polygons.from_faces(F).triangulate(points), np.arange(len(points))
         TC, FTC = map_array(atlas, len(points)), split.F
     solid = (FTC[:, NEXT] != FTC).all(axis=1)
     used, corner = np.unique(FTC[solid], return_inverse=True)

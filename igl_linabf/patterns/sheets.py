@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._types import FloatArray
-from ..surface import unit_vectors
+from ..surface import normalize_vectors
 from .folds import join_segments
 from .pattern import Pattern
 
@@ -176,13 +176,13 @@ def _find_midpoint(line: FloatArray) -> tuple[FloatArray, FloatArray]:
     length = np.linalg.norm(step, axis=1)
     reached = np.cumsum(length)
     k = int(np.searchsorted(reached, reached[-1] / 2))
-    along = unit_vectors(step[k])
+    along = normalize_vectors(step[k])
     return line[k + 1] - (reached[k] - reached[-1] / 2) * along, np.array([-along[1], along[0]])
 
 
 def _draw_arrow(tail: FloatArray, head: FloatArray, size: float) -> list[FloatArray]:
     """Return the two polylines of an arrow: its shaft and its head."""
-    along = unit_vectors(head - tail)
+    along = normalize_vectors(head - tail)
     aside = np.array([-along[1], along[0]])
     barb = np.array([head - size * (along + aside / 2), head, head - size * (along - aside / 2)])
     return [np.array([tail, head]), barb]

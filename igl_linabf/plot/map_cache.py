@@ -13,7 +13,7 @@ from ..charts import ChartOptions, find_seams, unwrap
 from ..errors import OutcomeWarning
 from ..flattening import BoundaryName, LinABF, flatten, resolve_method
 from ..measures import Quality, quality
-from ..surface import build_topology, compact
+from ..surface import build_topology, drop_unused_vertices
 from .scene import Scene, build_scene
 
 Pairs = tuple[tuple[int, int], ...]
@@ -83,7 +83,7 @@ class MapCache:
         if boundary != "free" and cones is not None:
             raise ValueError("a surface with cones has a free boundary: leave out boundary or cones")
         self.V, self.F, self._boundary, self._cones = V, F, boundary, cones
-        vertices, faces = compact(F, len(V))
+        vertices, faces = drop_unused_vertices(F, len(V))
         self.planar = build_topology(faces, vertices).is_planar
         self._maps: dict[MapRequest, Shown] = {}
         self._seams: dict[float, IntArray] = {}

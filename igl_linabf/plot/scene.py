@@ -16,7 +16,7 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..charts import Atlas
 from ..errors import MeshError, format_count
 from ..measures import Measure, distortion
-from ..surface import compact, complex_positions, face_array, map_array, seam_mask, vertex_array
+from ..surface import complex_positions, drop_unused_vertices, face_array, map_array, seam_mask, vertex_array
 from .cones import SeamSides, add_cones, choose_arc_colours, find_seam_sides
 
 SCALAR_BAR_HEIGHT = 0.12  # height of a scalar bar, relative to the height of the window
@@ -73,7 +73,7 @@ def build_scene(V: ArrayLike, F: ArrayLike, uv: ArrayLike | Atlas, seams: ArrayL
         return _build_atlas_scene(points, F, uv, seams)
     faces, map_ = face_array(F), map_array(uv, len(points))
     lines = points[_find_seam_edges(() if seams is None else seams, faces, len(points))]
-    vertices, faces = compact(faces, len(points))
+    vertices, faces = drop_unused_vertices(faces, len(points))
     return Scene(points[vertices], faces, map_[vertices], lines)
 
 
@@ -85,7 +85,7 @@ def _build_atlas_scene(points: FloatArray, F: ArrayLike, atlas: Atlas, seams: Ar
             "unwrapped V and F"
         )
     edges = atlas.seams if seams is None else _find_seam_edges(seams, given, len(points))
-    vertices, faces = compact(atlas.drawn, len(atlas.TC))
+    vertices, faces = drop_unused_vertices(atlas.drawn, len(atlas.TC))
     at = points[atlas.origin[vertices]]
     drawn = Scene(at, faces, atlas.flat[vertices], points[edges], period=atlas.report.period)
     if len(atlas.report.cones) and seams is None:

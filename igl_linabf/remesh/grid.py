@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..errors import MeshError, is_number, some
+from ..errors import MeshError, first_few, is_number
 from ..measures import measure_change
 from ..surface import Submesh, complex_positions, connected_labels, cycles, signed_double_areas
 from .constants import ROUNDING
@@ -89,18 +89,20 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
     >>> grid.quads.shape, grid.V.shape
     ((6, 4), (12, 3))
     """
-    surface = Submesh.checked(V, F)
-    map_ = surface.checked_map(uv)
+    surface = Submesh.from_input(V, F)
+    map_ = surface.check_map(uv)
     changed = measure_change(surface, map_)
-    if changed.flipped.any():
-        bad = np.flatnonzero(changed.flipped)
-        raise MeshError(f"faces {some(bad)} are flipped in uv: a grid needs a map without flips")
+    if changed.is_flipped.any():
+        bad = np.flatnonzero(changed.is_flipped)
+        raise MeshError(f"faces {first_few(bad)} are flipped in uv: a grid needs a map without flips")
     topology = surface.topology
     around = topology.sum_at_vertices(changed.angle + changed.angle_error)
     around[topology.edges[(topology.sides < 0).any(axis=0)]] = 0
     if (around > 3 * np.pi).any():
         twice = surface.vertices[around > 3 * np.pi]
-        raise MeshError(f"uv winds more than once around vertices {some(twice)}: a grid needs one winding")
+        raise MeshError(
+            f"uv winds more than once around vertices {first_few(twice)}: a grid needs one winding"
+        )
     area = signed_double_areas(complex_positions(map_), topology.corner).sum() / 2
     if spacing is None:
         spacing = float(np.sqrt(area / DEFAULT_CELLS))

@@ -18,7 +18,7 @@ from ..errors import MeshError, OutcomeWarning, format_count, is_number, stack_l
 from ..flattening import Method, flatten, resolve_method
 from ..io import Segment, read_tifxyz
 from ..measures import format_pair_count
-from ..surface import Repair, Submesh, clean, complex_positions, coordinates, direction_in_space
+from ..surface import Repair, Submesh, clean, complex_positions, parse_direction, real_coordinates
 from .grids import check_scale, triangulate_grid
 from .holes import fill_holes
 from .report import FlatSegment, SegmentReport, measure_pieces
@@ -174,7 +174,7 @@ def _find_pieces(given: Segment) -> tuple[list[Submesh], _Source]:
     if of_fill.all():
         raise MeshError("the segment has no cell with four valid points: there is no surface to flatten")
     mesh = clean(points.reshape(-1, 3), F)
-    found = Submesh.of_arrays(mesh.V, mesh.F).components()
+    found = Submesh.from_arrays(mesh.V, mesh.F).split_components()
     found.sort(key=lambda piece: len(piece.F), reverse=True)
     return found, _Source(mesh.origin, mesh.merged, of_fill[mesh.faces], mesh.repairs)
 
@@ -184,7 +184,7 @@ def _drop_fill(piece: Submesh, uv: FloatArray, of_fill: BoolArray) -> tuple[Subm
     rows = np.flatnonzero(~of_fill[piece.faces])
     if len(rows) == len(piece.F):
         return piece, uv
-    part = piece.of_faces(rows)
+    part = piece.select_faces(rows)
     return part, uv[np.searchsorted(piece.vertices, part.vertices)]
 
 
@@ -196,10 +196,10 @@ def _sort_by_column(pieces: list[Submesh], origin: IntArray, columns: int) -> li
 def _check_up(up: str | ArrayLike) -> FloatArray | None:
     """Return the direction that points up, or None for the rows of the grid."""
     if isinstance(up, str) and up in ("axis", "rows"):
-        return direction_in_space(AXIS, "up") if up == "axis" else None
+        return parse_direction(AXIS, "up") if up == "axis" else None
     if isinstance(up, str):
         raise ValueError(f"up is {up!r}: use 'axis', 'rows' or a direction in the volume")
-    return direction_in_space(up, "up")
+    return parse_direction(up, "up")
 
 
 def _flatten_piece(
@@ -213,7 +213,7 @@ def _flatten_piece(
     grid = column / given.scale[0] - 1j * row / given.scale[1]
     z = complex_positions(uv)
     turn = np.vdot(z - z.mean(), grid - grid.mean())
-    return coordinates(z * (turn / abs(turn)))
+    return real_coordinates(z * (turn / abs(turn)))
 
 
 def _index_points(given: Segment, origin: IntArray, merged: IntArray) -> IntArray:

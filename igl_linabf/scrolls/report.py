@@ -12,7 +12,7 @@ from .._runtime import align_columns
 from .._types import FloatArray, IntArray
 from ..errors import format_count
 from ..io import Segment
-from ..measures import format_pair_count, measure_change, overlapping_pairs
+from ..measures import find_overlapping_pairs, format_pair_count, measure_change
 from ..surface import Repair, Submesh
 
 
@@ -134,6 +134,6 @@ def measure_pieces(pieces: Sequence[tuple[Submesh, FloatArray]]) -> dict[str, An
         "stretch_l2_median": float(np.sqrt(squared[order[np.searchsorted(sums, sums[-1] / 2)]])),
         "stretch_linf": max(float(changed.largest_stretch.max()) for changed in changes),
         "area_error": float((1 - np.exp(-np.abs(ratio))).mean()),
-        "flips": sum(int(changed.flipped.sum()) for changed in changes),
-        "overlaps": sum(len(overlapping_pairs(uv, surface.F)) for surface, uv in pieces),
+        "flips": sum(int(changed.is_flipped.sum()) for changed in changes),
+        "overlaps": sum(len(find_overlapping_pairs(uv, surface.F)) for surface, uv in pieces),
     }

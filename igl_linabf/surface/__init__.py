@@ -6,23 +6,23 @@ The genus follows from the Euler-Poincare formula: vertices - edges + faces = 2 
 """
 
 from .._core import NEXT, PREV, cycles, sum_by_index
-from .areas import find_faces_without_area, measure
+from .areas import find_faces_without_area, measure_faces
 from .arrays import (
     Pins,
     check_finite,
-    compact,
+    convert_vertex_indices,
     count_vertices,
-    distinct_corners,
+    drop_unused_vertices,
     face_array,
+    has_distinct_corners,
     map_array,
-    pins,
-    scatter,
+    scatter_to_input,
     seam_mask,
     shape_is_pinned,
+    validate_pins,
     vertex_array,
-    vertex_indices,
 )
-from .disks import Disks, sound_disks
+from .disks import Disks, concatenate_sound_disks
 from .mesh import Mesh, PlanarFaces, build_planar_mesh, find_loop_of_vertex, planar_mesh
 from .outer_loop import find_outer_loop_of_angles
 from .plane import (
@@ -31,17 +31,17 @@ from .plane import (
     area_scale_ratio,
     bounded_ratio,
     complex_positions,
-    coordinates,
-    direction_in_space,
     flat_angles,
     flipped_faces,
-    mapped_direction,
+    map_direction,
     move_to_pins,
+    multiply_by_power_of_two,
     normalize_placement,
+    normalize_vectors,
+    parse_direction,
+    real_coordinates,
     scale_to_unit_size,
     signed_double_areas,
-    times_power_of_two,
-    unit_vectors,
 )
 from .polygons import Faces, Polygons, Triangles
 from .ragged import Ragged, index_and_rank
@@ -51,12 +51,12 @@ from .repair import (
     Repair,
     RepairedDisk,
     clean,
-    cleaned_surface,
-    coincident_edges,
+    clean_surface,
     find_chords,
+    find_patch_faces,
+    mark_coincident_edges,
     merge_coincident,
     orient_faces,
-    patch_faces,
     repair_disk,
     split_chords,
     wrap_sound_surface,
@@ -64,13 +64,13 @@ from .repair import (
 from .submesh import Submesh, cut_faces
 from .topology import (
     Topology,
+    build_manifold_topology,
+    build_planar_topology,
     build_topology,
-    centres,
     check_planar,
+    compute_group_centres,
     connected_labels,
     face_components,
-    manifold_topology,
     number_triangles,
-    planar_topology,
     with_outer_loop,
 )

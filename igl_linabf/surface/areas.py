@@ -4,11 +4,11 @@ import numpy as np
 
 from .._core import side_products
 from .._types import FloatArray, IntArray
-from ..errors import MeshError, some
+from ..errors import MeshError, first_few
 from .constants import LARGEST_COORDINATE, SMALLEST_COORDINATE
 
 
-def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatArray, FloatArray]:
+def measure_faces(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return twice the area of each face and the scalar products of the two sides at each corner.
 
     Raises
@@ -28,7 +28,7 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
     bad = np.flatnonzero(~(double_area > least))
     if len(bad):
         raise MeshError(
-            f"faces {some(bad)} have zero area (face {bad[0]} has vertices "
+            f"faces {first_few(bad)} have zero area (face {bad[0]} has vertices "
             f"{vertices[corner[:, bad[0]]].tolist()}): "
             "collapse or remove them, or move their vertices apart, as igl_linabf.clean does"
         )
@@ -38,8 +38,8 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
 def find_faces_without_area(V: FloatArray, F: IntArray, times: float = 1.0) -> IntArray:
     """Return the faces whose area is at most `times` the rounding error of an area.
 
-    With `times` = 1, these are the faces that `measure` rejects. Coordinates must be in the range that
-    `measure` accepts.
+    With `times` = 1, these are the faces that `measure_faces` rejects. Coordinates must be in the range that
+    `measure_faces` accepts.
     """
     if not len(F):
         return np.zeros(0, dtype=np.int64)

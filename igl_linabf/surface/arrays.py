@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from .._core import used_vertices
 from .._types import BoolArray, FloatArray, IntArray
-from ..errors import MeshError, format_count, some
+from ..errors import MeshError, first_few, format_count
 from .constants import LARGEST_COORDINATE
 
 MOST_VERTICES = 2**31  # maximum vertex count that is inferred from face indices alone
@@ -51,7 +51,7 @@ def face_array(F: ArrayLike) -> IntArray:
         bad = np.flatnonzero(~((array == np.round(array)) & (np.abs(array) < 2.0**53)).all(axis=1))
         if len(bad):
             raise MeshError(
-                f"faces {some(bad)} have entries that are not vertex indices "
+                f"faces {first_few(bad)} have entries that are not vertex indices "
                 f"(face {bad[0]} is {array[bad[0]].tolist()}): pass integers"
             )
     elif array.dtype == np.uint64:
@@ -66,7 +66,7 @@ def check_indices(F: IntArray, n: int) -> None:
         bad = np.flatnonzero(((F < 0) | (n <= F)).any(axis=1))
         hint = "subtract 1 (indices start at 0)" if low == 1 and high == n else "correct F or complete V"
         raise MeshError(
-            f"faces {some(bad)} refer to vertices outside 0..{n - 1} "
+            f"faces {first_few(bad)} refer to vertices outside 0..{n - 1} "
             f"(face {bad[0]} is {F[bad[0]].tolist()}): {hint}"
         )
 
@@ -76,27 +76,27 @@ def count_vertices(F: IntArray) -> int:
     bad = np.flatnonzero((F >= MOST_VERTICES).any(axis=1))
     if len(bad):
         raise MeshError(
-            f"faces {some(bad)} refer to vertices beyond {MOST_VERTICES - 1}, more than memory holds "
+            f"faces {first_few(bad)} refer to vertices beyond {MOST_VERTICES - 1}, more than memory holds "
             f"(face {bad[0]} is {F[bad[0]].tolist()}): correct F"
         )
     return max(int(F.max()) + 1, 1)
 
 
-def compact(F: IntArray, n: int) -> tuple[IntArray, IntArray]:
+def drop_unused_vertices(F: IntArray, n: int) -> tuple[IntArray, IntArray]:
     """Check the indices of `F`; return the vertices in use, and `F` renumbered to index them."""
     used, sound = used_vertices(F, n)
     if not sound:
         check_indices(F, n)
-        bad = np.flatnonzero(~distinct_corners(F))
+        bad = np.flatnonzero(~has_distinct_corners(F))
         raise MeshError(
-            f"faces {some(bad)} hold a vertex twice (face {bad[0]} is {F[bad[0]].tolist()}): remove them, "
-            "as igl_linabf.clean does"
+            f"faces {first_few(bad)} hold a vertex twice (face {bad[0]} is {F[bad[0]].tolist()}): remove "
+            "them, as igl_linabf.clean does"
         )
     vertices = np.flatnonzero(used)
     return vertices, F if len(vertices) == n else (np.cumsum(used) - 1)[F]
 
 
-def distinct_corners(F: IntArray) -> BoolArray:
+def has_distinct_corners(F: IntArray) -> BoolArray:
     """Return a mask of the triangles whose three vertices are distinct."""
     return np.asarray((F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0]))
 
@@ -107,7 +107,7 @@ def check_finite(V: FloatArray, vertices: IntArray, name: str = "V") -> None:
     if not finite.all():
         bad = np.flatnonzero(~finite.all(axis=1))
         raise MeshError(
-            f"the coordinates in {name} of vertices {some(vertices[bad])} are NaN or infinite "
+            f"the coordinates in {name} of vertices {first_few(vertices[bad])} are NaN or infinite "
             f"(the first: {V[bad[0]].tolist()}): repair them, or remove their faces"
         )
 
@@ -120,7 +120,7 @@ def shape_is_pinned(pinned: Pins | None) -> TypeGuard[Pins]:
     return pinned is not None and len(pinned[0]) > 2
 
 
-def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given: int) -> Pins | None:
+def validate_pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given: int) -> Pins | None:
     """Check pins in the form that `igl.lscm` takes: two or more vertices `b` and their positions `bc`.
 
     `vertices` are the vertices in use among the `n_given` input vertices. `b` has input indices; the returned
@@ -151,23 +151,24 @@ def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given:
     if index.min() < 0 or index.max() >= n_given:
         bad = index[(index < 0) | (index >= n_given)]
         raise MeshError(
-            f"pinned vertices {some(bad)} are not within 0..{n_given - 1}: pin vertices of the surface"
+            f"pinned vertices {first_few(bad)} are not within 0..{n_given - 1}: pin vertices of the surface"
         )
     found, count = np.unique(index, return_counts=True)
     if len(found) < len(index):
-        raise MeshError(f"vertex {some(found[count > 1])} is pinned twice: pin each vertex once")
+        raise MeshError(f"vertex {first_few(found[count > 1])} is pinned twice: pin each vertex once")
     if len(index) > 2 and np.abs(place[np.isfinite(place)]).max(initial=0) > LARGEST_COORDINATE:
         raise MeshError(
             f"bc has coordinates beyond {LARGEST_COORDINATE:g}, where lengths overflow: scale them"
         )
     if not np.isfinite(place).all() or (place == place[0]).all():
         raise MeshError(
-            f"pins {some(index)} go to {place[:3].tolist()}: give finite positions that are not all the same"
+            f"pins {first_few(index)} go to {place[:3].tolist()}: give finite positions that are not all the "
+            "same"
         )
     return _find_positions(index, vertices, "pinned vertices", "pin"), place
 
 
-def vertex_indices(values: ArrayLike, vertices: IntArray, n_given: int, name: str) -> IntArray:
+def convert_vertex_indices(values: ArrayLike, vertices: IntArray, n_given: int, name: str) -> IntArray:
     """Check vertex indices given by the caller, and return the position of each index in `vertices`.
 
     Raises
@@ -180,7 +181,7 @@ def vertex_indices(values: ArrayLike, vertices: IntArray, n_given: int, name: st
         raise MeshError(f"{name} has the shape {index.shape}: give a list of vertices")
     if index.min() < 0 or index.max() >= n_given:
         raise MeshError(
-            f"{name} {some(index)} are not all within 0..{n_given - 1}: give vertices of the mesh"
+            f"{name} {first_few(index)} are not all within 0..{n_given - 1}: give vertices of the mesh"
         )
     return _find_positions(index, vertices, name, "give")
 
@@ -190,7 +191,7 @@ def _find_positions(index: np.ndarray, vertices: IntArray, name: str, do: str) -
     new = np.minimum(np.searchsorted(vertices, index), len(vertices) - 1)
     lost = vertices[new] != index
     if lost.any():
-        raise MeshError(f"{name} {some(index[lost])} belong to no face: {do} vertices of the surface")
+        raise MeshError(f"{name} {first_few(index[lost])} belong to no face: {do} vertices of the surface")
     return np.asarray(new)
 
 
@@ -220,14 +221,14 @@ def seam_mask(seams: ArrayLike, F: IntArray, n: int, *, as_marked: bool = False)
     bad = np.flatnonzero(((array < 0) | (array >= n)).any(axis=1))
     if len(bad):
         raise MeshError(
-            f"seam edges {some(bad)} refer to vertices outside 0..{n - 1} "
+            f"seam edges {first_few(bad)} refer to vertices outside 0..{n - 1} "
             f"(edge {bad[0]} is {array[bad[0]].tolist()}): correct them"
         )
     pairs = array.astype(np.int64)
     bad = np.flatnonzero(~np.isin(_edge_keys(pairs, n), _side_keys(F, n)))
     if len(bad):
         raise MeshError(
-            f"seam edges {some(bad)} are not edges of the mesh (edge {bad[0]} is "
+            f"seam edges {first_few(bad)} are not edges of the mesh (edge {bad[0]} is "
             f"{pairs[bad[0]].tolist()}): give the end vertices of edges"
         )
     return mark_sides(pairs, F, n)
@@ -246,7 +247,7 @@ def mark_sides(edges: IntArray, F: IntArray, n: int) -> BoolArray:
     return np.asarray(sides)
 
 
-def scatter(uv: FloatArray, vertices: IntArray, n_given: int) -> FloatArray:
+def scatter_to_input(uv: FloatArray, vertices: IntArray, n_given: int) -> FloatArray:
     """Return coordinates for the caller's `n_given` vertices, with NaN for vertices not in `vertices`."""
     if len(vertices) == n_given:
         return uv

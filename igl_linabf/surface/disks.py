@@ -46,13 +46,13 @@ class Disks:
         return np.asarray(self.faces.sum(self.double_area)) / 2
 
     @cached_property
-    def rim(self) -> tuple[IntArray, Ragged]:
+    def boundary_loops(self) -> tuple[IntArray, Ragged]:
         """The vertices of all boundary loops, and their division into disks."""
         loops = self.topology.loops
-        return np.concatenate(loops), Ragged.of_sizes([len(loop) for loop in loops])
+        return np.concatenate(loops), Ragged.from_sizes([len(loop) for loop in loops])
 
 
-def sound_disks(meshes: Sequence[Arrays]) -> tuple[Disks | None, IntArray]:
+def concatenate_sound_disks(meshes: Sequence[Arrays]) -> tuple[Disks | None, IntArray]:
     """Concatenate the meshes that are valid disks without holes; return them and their indices in `meshes`.
 
     For any other mesh, `planar_mesh` raises an error that describes its defects.
@@ -68,8 +68,8 @@ def sound_disks(meshes: Sequence[Arrays]) -> tuple[Disks | None, IntArray]:
 
 def _concatenate_disks(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
     """Concatenate the meshes if all are disks, otherwise return None; also mark meshes that may be disks."""
-    vertices = Ragged.of_sizes([len(V) for V, _ in meshes])
-    faces = Ragged.of_sizes([len(F) for _, F in meshes])
+    vertices = Ragged.from_sizes([len(V) for V, _ in meshes])
+    faces = Ragged.from_sizes([len(F) for _, F in meshes])
     F = np.concatenate([F for _, F in meshes])
     corner = np.ascontiguousarray(F.T)
     n = faces.repeat(vertices.sizes)
@@ -109,7 +109,7 @@ def _build_topology(corner: IntArray, vertices: Ragged, faces: Ragged) -> tuple[
     good[np.searchsorted(vertices.start, twice, side="right") - 1] = False
     if not good.all():
         return None, good
-    rim = Ragged.of_sizes(sizes)
+    rim = Ragged.from_sizes(sizes)
     holes = np.diff(np.searchsorted(around[rim.start[:-1]], vertices.start))  # number of loops of each disk
     pairs = sides.T[sides[1] >= 0]
     pairs -= m * ((pairs >= m).astype(np.int64) + (pairs >= 2 * m))  # half-edges % m, but faster

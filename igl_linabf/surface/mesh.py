@@ -10,12 +10,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
-from ..errors import MeshError, MeshWarning, some, stack_level
-from .areas import measure
-from .arrays import check_finite, check_indices, compact, count_vertices, face_array, vertex_array
+from ..errors import MeshError, MeshWarning, first_few, stack_level
+from .areas import measure_faces
+from .arrays import (
+    check_finite,
+    check_indices,
+    count_vertices,
+    drop_unused_vertices,
+    face_array,
+    vertex_array,
+)
 from .outer_loop import find_outer_loop
 from .submesh import Submesh
-from .topology import KeptTopology, Topology, check_planar, planar_topology, with_outer_loop
+from .topology import CachedTopology, Topology, build_planar_topology, check_planar, with_outer_loop
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +84,7 @@ def planar_mesh(V: ArrayLike, F: ArrayLike, outer: int | None = None) -> Mesh:
     MeshWarning
         Some vertices belong to no face and are left out.
     """
-    surface = Submesh.checked(V, F)
+    surface = Submesh.from_input(V, F)
     mesh = build_planar_mesh(surface, outer)
     _warn_about_unused_vertices(mesh)
     return mesh
@@ -87,7 +94,7 @@ def _warn_about_unused_vertices(mesh: Mesh) -> None:
     if len(mesh.vertices) < mesh.n_given:
         unused = np.setdiff1d(np.arange(mesh.n_given), mesh.vertices)
         warnings.warn(
-            f"vertices {some(unused)} belong to no face: they are left out and their uv is NaN",
+            f"vertices {first_few(unused)} belong to no face: they are left out and their uv is NaN",
             MeshWarning,
             stacklevel=stack_level(),
         )
@@ -103,13 +110,13 @@ def _build_mesh(
     V: FloatArray, topology: Topology, vertices: IntArray, n_given: int, outer: int | None
 ) -> Mesh:
     """Build a mesh whose outer loop comes first."""
-    double_area, dot = measure(V, topology.corner, vertices)
+    double_area, dot = measure_faces(V, topology.corner, vertices)
     if outer is not None:
         first = find_loop_of_vertex(topology, outer, vertices)
     else:
         first = find_outer_loop(V, topology, double_area, dot)
     if first:
-        topology = topology.once(f"outer {first}", lambda: with_outer_loop(topology, first))
+        topology = topology.compute_once(f"outer {first}", lambda: with_outer_loop(topology, first))
     return Mesh(V, topology, double_area, dot, vertices, n_given)
 
 
@@ -127,17 +134,17 @@ class PlanarFaces:
     """
 
     F: IntArray
-    topology: KeptTopology
+    topology: CachedTopology
     vertices: IntArray
 
     @classmethod
-    def of(cls, F: ArrayLike) -> PlanarFaces:
+    def from_faces(cls, F: ArrayLike) -> PlanarFaces:
         """Check the triangles, with the errors of `planar_mesh` that concern faces."""
         faces = face_array(F)
-        vertices, numbered = compact(faces, count_vertices(faces))
-        return cls(faces, KeptTopology.of(planar_topology(numbered, vertices)), vertices)
+        vertices, numbered = drop_unused_vertices(faces, count_vertices(faces))
+        return cls(faces, CachedTopology.from_topology(build_planar_topology(numbered, vertices)), vertices)
 
-    def at(self, V: ArrayLike, outer: int | None = None) -> Mesh:
+    def with_positions(self, V: ArrayLike, outer: int | None = None) -> Mesh:
         """Return the mesh with the given vertex positions, after the checks of `planar_mesh`."""
         positions = vertex_array(V)
         n_given = len(positions)
@@ -163,5 +170,5 @@ def find_loop_of_vertex(topology: Topology, vertex: object, vertices: IntArray) 
     firsts = [int(vertices[loop[0]]) for loop in topology.loops]
     raise MeshError(
         f"outer is vertex {index}, which is on no boundary loop: give a vertex of one of the "
-        f"{len(firsts)} loops, which go through vertices {some(firsts)}"
+        f"{len(firsts)} loops, which go through vertices {first_few(firsts)}"
     )

@@ -28,7 +28,7 @@ def find_outer_loop(V: FloatArray, topology: Topology, double_area: FloatArray, 
     able = np.flatnonzero(length > (2 - ROUNDING) * extent.max())
     if len(able) == 1:
         return int(able[0])
-    turning = _loop_turning(topology, np.arctan2(double_area, dot))
+    turning = _compute_loop_turnings(topology, np.arctan2(double_area, dot))
     return int(able[_choose_by_turning(turning[able], length[able])])
 
 
@@ -37,7 +37,7 @@ def find_outer_loop_of_angles(topology: Topology, alpha: FloatArray) -> int:
     if len(topology.loops) == 1:
         return 0
     edges = np.array([len(loop) for loop in topology.loops])
-    return _choose_by_turning(_loop_turning(topology, alpha), edges)
+    return _choose_by_turning(_compute_loop_turnings(topology, alpha), edges)
 
 
 def _choose_by_turning(turning: FloatArray, length: FloatArray | IntArray) -> int:
@@ -45,13 +45,13 @@ def _choose_by_turning(turning: FloatArray, length: FloatArray | IntArray) -> in
     return int(np.argmax(np.where(turning > turning.max() - MIN_LEAD, length, -1)))
 
 
-def _loop_turning(topology: Topology, alpha: FloatArray) -> FloatArray:
+def _compute_loop_turnings(topology: Topology, alpha: FloatArray) -> FloatArray:
     """Return the total turning of each boundary loop, in radians, in a flat map of the surface.
 
     The map is the conformal map whose scale is 1 along the boundary. On the surface itself, the turning of a
     loop would depend on every bump next to the loop.
     """
-    bend = np.where(topology.interior, 2 * np.pi, np.pi) - topology.sum_at_vertices(alpha)
+    bend = np.where(topology.is_interior, 2 * np.pi, np.pi) - topology.sum_at_vertices(alpha)
     weight = np.clip(topology.sum_at_edges(1 / np.tan(alpha)) / 2, MIN_WEIGHT, MAX_WEIGHT)
     log_scale = _solve_dirichlet(topology, weight, bend)
     a, b = topology.edges.T
@@ -62,7 +62,7 @@ def _loop_turning(topology: Topology, alpha: FloatArray) -> FloatArray:
 
 def _solve_dirichlet(topology: Topology, weight: FloatArray, r: FloatArray) -> FloatArray:
     """Return x with L x = r at interior vertices and x = 0 on the boundary, for weights of the edges."""
-    inside = topology.interior
+    inside = topology.is_interior
     n = int(np.count_nonzero(inside))
     x = np.zeros(topology.n)
     if n:

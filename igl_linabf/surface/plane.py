@@ -37,7 +37,7 @@ def scale_to_unit_size(uv: FloatArray) -> FloatArray:
     return np.ldexp(uv, -int(np.frexp(largest)[1]))
 
 
-def times_power_of_two(number: float, power: int) -> float:
+def multiply_by_power_of_two(number: float, power: int) -> float:
     """Return number * 2**power; infinite on overflow."""
     with np.errstate(over="ignore"):
         return float(np.ldexp(number, power))
@@ -55,7 +55,7 @@ def complex_positions(uv: FloatArray) -> ComplexArray:
     return np.asarray(uv[:, 0] + 1j * uv[:, 1])
 
 
-def coordinates(z: ComplexArray) -> FloatArray:
+def real_coordinates(z: ComplexArray) -> FloatArray:
     """Convert complex positions to (#V, 2) coordinates."""
     return np.column_stack((z.real, z.imag))
 
@@ -73,13 +73,13 @@ def move_to_pins(z: ComplexArray, pinned: Pins) -> ComplexArray:
     return np.asarray(position[0] + (z - z[i]) * ((position[1] - position[0]) / (z[j] - z[i])))
 
 
-def unit_vectors(vectors: FloatArray) -> FloatArray:
+def normalize_vectors(vectors: FloatArray) -> FloatArray:
     """Normalize the vectors along the last axis; zero vectors stay zero."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.asarray(vectors / np.where(length > 0, length, 1.0))
 
 
-def direction_in_space(given: ArrayLike, name: str) -> FloatArray:
+def parse_direction(given: ArrayLike, name: str) -> FloatArray:
     """Return three given numbers as a unit vector.
 
     Raises
@@ -97,7 +97,7 @@ def direction_in_space(given: ArrayLike, name: str) -> FloatArray:
     return np.asarray(direction / length)
 
 
-def mapped_direction(
+def map_direction(
     V: FloatArray, z: ComplexArray, F: IntArray, direction: FloatArray
 ) -> tuple[ComplexArray, FloatArray]:
     """Project a direction in space to each triangle, and map the projection to the plane.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..errors import MeshError, format_count, some
+from ..errors import MeshError, first_few, format_count
 from .constants import LARGEST_SEARCHED_POLYGON
 from .ragged import Ragged, index_and_rank
 from .triangulation import triangulate_polygons
@@ -36,7 +36,7 @@ class Polygons:
     sizes: IntArray
 
     @classmethod
-    def of(cls, F: ArrayLike) -> Polygons:
+    def from_faces(cls, F: ArrayLike) -> Polygons:
         """Convert input faces: an array (#F, k), or a list of lists of different lengths.
 
         Raises
@@ -58,15 +58,15 @@ class Polygons:
             sizes = np.full(len(rows), rows.shape[1], dtype=np.int64)
         few = np.flatnonzero(sizes < 3)
         if len(few):
-            raise MeshError(f"faces {some(few)} have fewer than three corners: remove them")
+            raise MeshError(f"faces {first_few(few)} have fewer than three corners: remove them")
         flat = np.concatenate(rows) if isinstance(rows, list) else rows.ravel()
         if not (flat.dtype.kind in "iuf" and _is_integral(flat)):
             bad = [i for i, row in enumerate(rows) if not _is_integral(np.asarray(row))]
-            raise MeshError(f"faces {some(bad)} have entries that are not vertex indices: pass integers")
+            raise MeshError(f"faces {first_few(bad)} have entries that are not vertex indices: pass integers")
         return cls(flat.astype(np.int64), sizes)
 
     @classmethod
-    def of_triangles(cls, F: IntArray) -> Polygons:
+    def from_triangles(cls, F: IntArray) -> Polygons:
         return cls(F.ravel(), np.full(len(F), 3, dtype=np.int64))
 
     def __len__(self) -> int:
@@ -78,7 +78,7 @@ class Polygons:
         return np.asarray(np.cumsum(self.sizes) - self.sizes)
 
     @cached_property
-    def owner(self) -> IntArray:
+    def polygon_of_corner(self) -> IntArray:
         """The polygon of each corner, (#C,)."""
         return np.repeat(np.arange(len(self)), self.sizes)
 
@@ -88,22 +88,22 @@ class Polygons:
         return np.asarray(self.starts[faces][row] + rank)
 
     @cached_property
-    def following(self) -> IntArray:
+    def next_corner(self) -> IntArray:
         """Index of the next corner of the same polygon, (#C,)."""
-        return Ragged.of_sizes(self.sizes).following
+        return Ragged.from_sizes(self.sizes).next_element
 
     @property
-    def shaped(self) -> Faces:
+    def as_faces(self) -> Faces:
         """The vertices of each polygon: (#F, k) if all have k corners, otherwise a tuple of arrays."""
-        return self.shape(self.corners)
+        return self.reshape_like_faces(self.corners)
 
-    def shape(self, values: NDArray[Kind]) -> NDArray[Kind] | tuple[NDArray[Kind], ...]:
+    def reshape_like_faces(self, values: NDArray[Kind]) -> NDArray[Kind] | tuple[NDArray[Kind], ...]:
         """Reshape values at the corners to the shape of the faces."""
         if len(self) and (self.sizes == self.sizes[0]).all():
             return values.reshape(len(self), -1)
         return tuple(np.split(values, self.starts[1:])) if len(self) else values.reshape(0, 3)
 
-    def texture_of(self, FTC: ArrayLike) -> Polygons:
+    def parse_texture_indices(self, FTC: ArrayLike) -> Polygons:
         """Convert the input `FTC`, the rows of texture coordinates at the corners of polygons.
 
         Raises
@@ -111,7 +111,7 @@ class Polygons:
         MeshError
             `FTC` is malformed, or does not have the shape of these polygons.
         """
-        texture = Polygons.of(FTC)
+        texture = Polygons.from_faces(FTC)
         if len(texture) != len(self) or (texture.sizes != self.sizes).any():
             raise MeshError(
                 f"FTC has {format_count(len(texture), 'row')} for {format_count(len(self), 'face')}, or "
@@ -119,33 +119,33 @@ class Polygons:
             )
         return texture
 
-    def check(self, n: int) -> None:
+    def check_vertices(self, n: int) -> None:
         """Raise a `MeshError` if a polygon refers to a vertex outside 0 .. n - 1."""
-        bad = self.outside(n)
+        bad = self.find_out_of_range(n)
         if len(bad):
-            first = self.corners[self.owner == bad[0]].tolist()
+            first = self.corners[self.polygon_of_corner == bad[0]].tolist()
             raise MeshError(
-                f"faces {some(bad)} refer to vertices outside 0..{n - 1} (face {bad[0]} is {first}): "
+                f"faces {first_few(bad)} refer to vertices outside 0..{n - 1} (face {bad[0]} is {first}): "
                 "correct F or complete V"
             )
 
-    def outside(self, n: int) -> IntArray:
+    def find_out_of_range(self, n: int) -> IntArray:
         """Return the polygons that refer to a vertex outside 0 .. n - 1."""
         wrong = (self.corners < 0) | (self.corners >= n)
-        return np.unique(self.owner[wrong]) if wrong.any() else np.zeros(0, dtype=np.int64)
+        return np.unique(self.polygon_of_corner[wrong]) if wrong.any() else np.zeros(0, dtype=np.int64)
 
-    def groups(self) -> Iterator[tuple[IntArray, IntArray]]:
+    def iterate_by_size(self) -> Iterator[tuple[IntArray, IntArray]]:
         """Yield, for each number of corners k, the polygons (p,) and the indices of their corners (p, k)."""
         for k in np.unique(self.sizes).tolist():
             rows = np.flatnonzero(self.sizes == k)
             yield rows, self.starts[rows, None] + np.arange(k)
 
-    def split(self, V: FloatArray) -> Triangles:
+    def triangulate(self, V: FloatArray) -> Triangles:
         """Triangulate the polygons, without reversed triangles where possible."""
         kept = self._remove_repeats()
         own = np.arange(len(self.corners)) if kept is self else np.flatnonzero(~self._is_repeat)
         made: list[tuple[IntArray, IntArray, BoolArray]] = []
-        for rows, at in kept.groups():
+        for rows, at in kept.iterate_by_size():
             if at.shape[1] < 3:  # polygons without area get one degenerate triangle each
                 local = np.tile(np.arange(at.shape[1])[[0, -1, -1]], (len(rows), 1, 1))
             else:
@@ -153,7 +153,7 @@ class Polygons:
             made.append(_flatten_group(rows, at, local))
         face, place, inner = (np.concatenate(parts) for parts in zip(*made, strict=True))
         order = np.argsort(face, kind="stable")
-        done = Triangles(self, self.corners[own[place]], face, own[place], inner).rows(order)
+        done = Triangles(self, self.corners[own[place]], face, own[place], inner).select_rows(order)
         return done if not inner.any() else _retriangulate_double_edges(done, kept, own, V)
 
     def _remove_repeats(self) -> Polygons:
@@ -161,7 +161,7 @@ class Polygons:
         again = self._is_repeat
         if not again.any():
             return self
-        sizes = self.sizes - np.bincount(self.owner[again], minlength=len(self))
+        sizes = self.sizes - np.bincount(self.polygon_of_corner[again], minlength=len(self))
         return Polygons(self.corners[~again], sizes)
 
     @cached_property
@@ -170,8 +170,8 @@ class Polygons:
 
         In a polygon with a single vertex, the last corner is not marked.
         """
-        again = self.corners == self.corners[self.following]
-        whole = np.flatnonzero(np.bincount(self.owner[again], minlength=len(self)) == self.sizes)
+        again = self.corners == self.corners[self.next_corner]
+        whole = np.flatnonzero(np.bincount(self.polygon_of_corner[again], minlength=len(self)) == self.sizes)
         again[self.starts[whole]] = False
         return np.asarray(again)
 
@@ -180,7 +180,7 @@ class Polygons:
         values = values.copy()
         waiting = np.flatnonzero(values < 0)
         while len(waiting):
-            values[waiting] = values[self.following[waiting]]
+            values[waiting] = values[self.next_corner[waiting]]
             left = waiting[values[waiting] < 0]
             if len(left) == len(waiting):
                 break
@@ -211,11 +211,11 @@ class Triangles:
     place: IntArray
     inner: BoolArray
 
-    def rows(self, rows: IntArray) -> Triangles:
+    def select_rows(self, rows: IntArray) -> Triangles:
         """Return some triangles of the triangulation, selected by row."""
         return Triangles(self.polygons, self.F[rows], self.face[rows], self.place[rows], self.inner[rows])
 
-    def of_faces(self, faces: IntArray) -> Triangles:
+    def select_polygons(self, faces: IntArray) -> Triangles:
         """Return the triangles of some polygons, ascending, as a triangulation of these polygons alone."""
         polygons, corners = self.polygons, self.polygons.corners_of(faces)
         first, end = (np.searchsorted(self.face, faces, side) for side in ("left", "right"))
@@ -226,7 +226,7 @@ class Triangles:
             own, self.F[rows], face, np.searchsorted(corners, self.place[rows]), self.inner[rows]
         )
 
-    def at_corners(self, values: IntArray) -> IntArray:
+    def convert_to_polygon_corners(self, values: IntArray) -> IntArray:
         """Convert values at the triangles' corners, (#T, 3), to values at the polygons' corners, (#C,)."""
         known = np.full(len(self.polygons.corners), -1)
         known[self.place[::-1].ravel()] = values[::-1].ravel()  # the first triangle at a corner wins
@@ -252,7 +252,7 @@ def _retriangulate_double_edges(done: Triangles, kept: Polygons, own: IntArray, 
     def keys(i: IntArray, j: IntArray) -> IntArray:
         return np.asarray(np.minimum(i, j) * n + np.maximum(i, j))
 
-    edges = np.unique(keys(kept.corners, kept.corners[kept.following]))
+    edges = np.unique(keys(kept.corners, kept.corners[kept.next_corner]))
     t, k = np.nonzero(done.inner)
     diagonal, face = keys(done.F[t, k], done.F[t, (k + 1) % 3]), done.face[t]
     order = np.lexsort((face, diagonal))
@@ -262,8 +262,8 @@ def _retriangulate_double_edges(done: Triangles, kept: Polygons, own: IntArray, 
     if not len(late):
         return done
     taken = np.union1d(edges, diagonal[~np.isin(face, late)])
-    parts = [done.rows(np.flatnonzero(~np.isin(done.face, late)))]
-    for rows, at in kept.groups():
+    parts = [done.select_rows(np.flatnonzero(~np.isin(done.face, late)))]
+    for rows, at in kept.iterate_by_size():
         chosen = np.isin(rows, late)
         rows, at = rows[chosen], at[chosen]
         if len(rows) and 3 < at.shape[1] <= LARGEST_SEARCHED_POLYGON:
@@ -274,10 +274,10 @@ def _retriangulate_double_edges(done: Triangles, kept: Polygons, own: IntArray, 
                 Triangles(done.polygons, done.polygons.corners[own[place]], owner, own[place], inner)
             )
         elif len(rows):
-            parts.append(done.rows(np.flatnonzero(np.isin(done.face, rows))))
+            parts.append(done.select_rows(np.flatnonzero(np.isin(done.face, rows))))
     names = ("F", "face", "place", "inner")
     F, owner, place, inner = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
-    return Triangles(done.polygons, F, owner, place, inner).rows(np.argsort(owner, kind="stable"))
+    return Triangles(done.polygons, F, owner, place, inner).select_rows(np.argsort(owner, kind="stable"))
 
 
 def _is_integral(row: np.ndarray) -> bool:
@@ -293,5 +293,5 @@ def _convert_rows(F: ArrayLike) -> list[np.ndarray]:
         raise MeshError("F is not a list of faces: pass one list of vertex indices per face") from None
     bad = [i for i, row in enumerate(rows) if row.ndim != 1 or not _is_integral(row)]
     if bad:
-        raise MeshError(f"faces {some(bad)} have entries that are not vertex indices: pass integers")
+        raise MeshError(f"faces {first_few(bad)} have entries that are not vertex indices: pass integers")
     return [row.astype(np.int64) for row in rows]

@@ -24,7 +24,7 @@ class Ragged:
 
     Examples
     --------
-    >>> rows = Ragged.of_sizes([2, 0, 3])
+    >>> rows = Ragged.from_sizes([2, 0, 3])
     >>> rows.sum(np.array([1, 2, 3, 4, 5])).tolist(), rows.repeat(np.array([7, 8, 9])).tolist()
     ([3, 0, 12], [7, 7, 9, 9, 9])
     """
@@ -32,7 +32,7 @@ class Ragged:
     start: IntArray
 
     @classmethod
-    def of_sizes(cls, sizes: Sequence[int] | IntArray) -> Ragged:
+    def from_sizes(cls, sizes: Sequence[int] | IntArray) -> Ragged:
         """Return the division of a flat array into rows of the given lengths."""
         start = np.zeros(len(sizes) + 1, dtype=np.int64)
         np.cumsum(sizes, out=start[1:])
@@ -47,14 +47,14 @@ class Ragged:
         return np.diff(self.start)
 
     @cached_property
-    def following(self) -> IntArray:
+    def next_element(self) -> IntArray:
         """Index of the next element of the same row, cyclically."""
         after = np.arange(1, self.start[-1] + 1)
         filled = self.sizes > 0
         after[self.start[1:][filled] - 1] = self.start[:-1][filled]
         return after
 
-    def reduce(self, ufunc: np.ufunc, values: Array) -> Array:
+    def reduce_rows(self, ufunc: np.ufunc, values: Array) -> Array:
         """Reduce each row with `ufunc`; the result of an empty row is 0."""
         if len(self) and self.sizes.all():
             return np.asarray(ufunc.reduceat(values, self.start[:-1], axis=-1))
@@ -64,10 +64,10 @@ class Ragged:
             made[..., filled] = ufunc.reduceat(values, self.start[filled], axis=-1)
         return made
 
-    sum = partialmethod(reduce, np.add)
-    max = partialmethod(reduce, np.maximum)
-    min = partialmethod(reduce, np.minimum)
-    any = partialmethod(reduce, np.logical_or)
+    sum = partialmethod(reduce_rows, np.add)
+    max = partialmethod(reduce_rows, np.maximum)
+    min = partialmethod(reduce_rows, np.minimum)
+    any = partialmethod(reduce_rows, np.logical_or)
 
     def repeat(self, values: Array) -> Array:
         """Repeat one value per row for all elements of the row."""

@@ -10,16 +10,24 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, FloatArray, IntArray
-from .areas import measure
-from .arrays import check_finite, compact, face_array, map_array, mark_sides, scatter, vertex_array
+from .areas import measure_faces
+from .arrays import (
+    check_finite,
+    drop_unused_vertices,
+    face_array,
+    map_array,
+    mark_sides,
+    scatter_to_input,
+    vertex_array,
+)
 from .topology import (
     NEXT,
     Topology,
+    build_sound_topology,
     build_topology,
     check_fans,
     connected_labels,
     face_components,
-    sound_topology,
 )
 
 
@@ -50,7 +58,7 @@ class Submesh:
     inner: BoolArray | None = None
 
     @classmethod
-    def checked(cls, V: ArrayLike, F: ArrayLike, columns: int = 3, name: str = "V") -> Submesh:
+    def from_input(cls, V: ArrayLike, F: ArrayLike, columns: int = 3, name: str = "V") -> Submesh:
         """Check the arrays, indices and coordinates of a mesh in space or, if `columns` is 2, in the plane.
 
         Raises
@@ -59,30 +67,30 @@ class Submesh:
             The arrays are malformed, an index is out of range, a face contains a vertex twice, or a
             coordinate is NaN or infinite.
         """
-        return cls.of_arrays(vertex_array(V, columns, name), face_array(F), name)
+        return cls.from_arrays(vertex_array(V, columns, name), face_array(F), name)
 
     @classmethod
-    def of_arrays(cls, positions: FloatArray, faces: IntArray, name: str = "V") -> Submesh:
-        """Check a mesh as `checked` does, given arrays of the right shapes and dtypes."""
+    def from_arrays(cls, positions: FloatArray, faces: IntArray, name: str = "V") -> Submesh:
+        """Check a mesh as `from_input` does, given arrays of the right shapes and dtypes."""
         n_given = len(positions)
-        vertices, faces = compact(faces, n_given)
+        vertices, faces = drop_unused_vertices(faces, n_given)
         if len(vertices) < n_given:
             positions = positions[vertices]
         check_finite(positions, vertices, name)
         return cls(positions, faces, np.arange(len(faces)), vertices, n_given)
 
     @classmethod
-    def checked_manifold(cls, V: ArrayLike, F: ArrayLike) -> Submesh:
-        """Check a mesh as `checked` does, and that it is an oriented manifold without degenerate faces."""
-        return cls.checked(V, F).as_manifold()
+    def manifold_from_input(cls, V: ArrayLike, F: ArrayLike) -> Submesh:
+        """Check a mesh as `from_input` does, and that it is an oriented manifold without degenerate faces."""
+        return cls.from_input(V, F).as_manifold()
 
     def as_manifold(self) -> Submesh:
         """Check that the surface is an oriented manifold without degenerate faces, and return it."""
-        _ = self.measured
+        _ = self.areas_and_products
         check_fans(self.F, self.topology.sides, self.vertices)
         return self
 
-    def checked_map(self, uv: ArrayLike) -> FloatArray:
+    def check_map(self, uv: ArrayLike) -> FloatArray:
         """Check a flat map of the input vertices, and return its rows for the vertices of this surface."""
         map_ = map_array(uv, self.n_given)[self.vertices]
         check_finite(map_, self.vertices, "uv")
@@ -91,22 +99,22 @@ class Submesh:
     @cached_property
     def topology(self) -> Topology:
         """The connectivity of the surface. The first access may raise the errors of `build_topology`."""
-        return self.sound_topology or build_topology(self.F, self.vertices)
+        return self.topology_or_none or build_topology(self.F, self.vertices)
 
     @cached_property
-    def sound_topology(self) -> Topology | None:
+    def topology_or_none(self) -> Topology | None:
         """The connectivity, or None if edges are nonmanifold, without computing the error message."""
-        return sound_topology(self.F, self.vertices)
+        return build_sound_topology(self.F, self.vertices)
 
     @cached_property
-    def measured(self) -> tuple[FloatArray, FloatArray]:
-        """Double areas and scalar products; the first access may raise the errors of `measure`."""
-        return measure(self.V, np.ascontiguousarray(self.F.T), self.vertices)
+    def areas_and_products(self) -> tuple[FloatArray, FloatArray]:
+        """Double areas and scalar products; the first access may raise the errors of `measure_faces`."""
+        return measure_faces(self.V, np.ascontiguousarray(self.F.T), self.vertices)
 
     @cached_property
     def cuttable_edges(self) -> IntArray:
         """Edges along which seams may run: all interior edges except the diagonals of polygons."""
-        inside = self.topology.inside
+        inside = self.topology.interior_edges
         if self.inner is None:
             return inside
         inner = self.inner[:, NEXT].T.ravel()  # half-edge k of a face starts at corner k + 1
@@ -117,29 +125,29 @@ class Submesh:
         """Polygon that contains each triangle, numbered from 0."""
         if self.inner is None:
             return np.arange(len(self.F))
-        diagonals = np.setdiff1d(self.topology.inside, self.cuttable_edges)
+        diagonals = np.setdiff1d(self.topology.interior_edges, self.cuttable_edges)
         return connected_labels(self.topology.sides[:, diagonals].T % len(self.F), len(self.F))
 
     @cached_property
-    def label(self) -> IntArray:
+    def component_of_face(self) -> IntArray:
         """Component of each face, numbered from 0."""
         return face_components(self.F, len(self.V))
 
     @cached_property
     def angle_sums(self) -> FloatArray:
         """Sum of the corner angles at each vertex, in radians."""
-        return self.topology.sum_at_vertices(np.arctan2(*self.measured))
+        return self.topology.sum_at_vertices(np.arctan2(*self.areas_and_products))
 
-    def of_faces(self, rows: IntArray) -> Submesh:
+    def select_faces(self, rows: IntArray) -> Submesh:
         """Return the part of the surface with the given rows of `F`, which must be ascending."""
-        used, F = compact(self.F[rows], len(self.V))
+        used, F = drop_unused_vertices(self.F[rows], len(self.V))
         return Submesh(
-            self.V[used], F, self.faces[rows], self.vertices[used], self.n_given, self._inner(rows)
+            self.V[used], F, self.faces[rows], self.vertices[used], self.n_given, self._select_inner(rows)
         )
 
-    def components(self) -> list[Submesh]:
+    def split_components(self) -> list[Submesh]:
         """Return the connected components, in the order of their first vertices."""
-        label = self.label
+        label = self.component_of_face
         number = int(label.max()) + 1
         if number == 1:
             return [self]
@@ -152,7 +160,7 @@ class Submesh:
         own = np.empty(len(self.V), dtype=np.int64)
         own[used] = np.arange(len(used)) - start[of_vertex[used]]
         V, F, faces, vertices = self.V[used], own[self.F[rows]], self.faces[rows], self.vertices[used]
-        inner = self._inner(rows)
+        inner = self._select_inner(rows)
         at = [
             (slice(*f), slice(*v))
             for f, v in zip(pairwise(first.tolist()), pairwise(start.tolist()), strict=True)
@@ -165,41 +173,41 @@ class Submesh:
     def cut(self, seams: BoolArray) -> list[Submesh]:
         """Cut along a mask (#F, 3) of the sides from corner k to k + 1, and return the components."""
         if not seams.any():
-            return self.components()
+            return self.split_components()
         F, origin = cut_faces(self.F, len(self.V), self.topology.sides, seams)
         made = Submesh(self.V[origin], F, self.faces, self.vertices[origin], self.n_given, self.inner)
-        return made.components()
+        return made.split_components()
 
-    def divided(self, label: IntArray | BoolArray) -> list[Submesh]:
+    def cut_between_labels(self, label: IntArray | BoolArray) -> list[Submesh]:
         """Cut between faces with different labels, but never through a polygon, and return the components."""
-        return self.cut(self.sides_between(label))
+        return self.cut(self.mask_sides_between(label))
 
-    def sides_between(self, label: IntArray | BoolArray) -> BoolArray:
+    def mask_sides_between(self, label: IntArray | BoolArray) -> BoolArray:
         """Return a mask (#F, 3) of the sides from corner k to k + 1 that separate different labels."""
         inside = self.cuttable_edges
         right, left = label[self.topology.sides[:, inside] % len(self.F)]
-        return self._sides_of(inside[right != left])
+        return self._mask_sides_of_edges(inside[right != left])
 
-    def _inner(self, rows: IntArray) -> BoolArray | None:
+    def _select_inner(self, rows: IntArray) -> BoolArray | None:
         return None if self.inner is None else self.inner[rows]
 
     def cut_along(self, edges: IntArray) -> list[Submesh]:
         """Cut along edges (#E, 2), given as pairs of input vertices, and return the components."""
         return self.cut(mark_sides(edges, self.vertices[self.F], self.n_given))
 
-    def cut_at(self, rows: IntArray) -> list[Submesh]:
+    def cut_at_edges(self, rows: IntArray) -> list[Submesh]:
         """Cut along the given rows of `topology.edges`, and return the components."""
-        return self.cut(self._sides_of(rows))
+        return self.cut(self._mask_sides_of_edges(rows))
 
-    def _sides_of(self, rows: IntArray) -> BoolArray:
+    def _mask_sides_of_edges(self, rows: IntArray) -> BoolArray:
         corner, face = np.divmod(self.topology.sides[:, rows], len(self.F))
         sides = np.zeros(self.F.shape, dtype=bool)
         sides[face, np.array(NEXT)[corner]] = True  # half-edge k of a face starts at corner k + 1
         return sides
 
-    def scatter(self, values: FloatArray) -> FloatArray:
+    def scatter_to_input(self, values: FloatArray) -> FloatArray:
         """Return values for all input vertices, with NaN for vertices that are not in this surface."""
-        return scatter(values, self.vertices, self.n_given)
+        return scatter_to_input(values, self.vertices, self.n_given)
 
 
 def cut_faces(F: IntArray, n: int, sides: IntArray, seams: BoolArray) -> tuple[IntArray, IntArray]:

@@ -21,7 +21,7 @@ from .._core import (
     sum_by_index,
 )
 from .._types import BoolArray, FloatArray, IntArray
-from ..errors import MeshError, format_count, some
+from ..errors import MeshError, first_few, format_count
 from .ragged import Ragged
 
 
@@ -38,7 +38,7 @@ def face_components(F: IntArray, n: int) -> IntArray:
     return np.asarray((np.cumsum(used) - 1)[label])
 
 
-def centres(of: IntArray, points: FloatArray) -> FloatArray:
+def compute_group_centres(of: IntArray, points: FloatArray) -> FloatArray:
     """Return the mean of the points (#P, dim) in each group, where `of` is the group of each point."""
     total = np.stack([sum_by_index(of, x, int(of.max()) + 1) for x in points.T], axis=1)
     return np.asarray(total / np.bincount(of)[:, None])
@@ -84,7 +84,7 @@ class Topology:
         return self.loops[self.n_outer :]
 
     @cached_property
-    def rims(self) -> tuple[IntArray, IntArray]:
+    def outer_boundaries(self) -> tuple[IntArray, IntArray]:
         """Vertices of the outer loops, one loop after another, and the start of each loop plus the end."""
         outer = self.loops[: self.n_outer]
         return np.concatenate(outer), np.cumsum([0, *map(len, outer)])
@@ -108,8 +108,8 @@ class Topology:
         loops, n_faces = len(self.loops), len(self.corner[0])
         return loops > 0 and self.characteristic == 2 - loops and is_connected(self.sides, n_faces)
 
-    def once(self, name: str, make: Callable[[], T]) -> T:
-        """Return `make()`, which depends on the connectivity only; a `KeptTopology` caches it as `name`."""
+    def compute_once(self, name: str, make: Callable[[], T]) -> T:
+        """Return `make()`, which depends on the connectivity only; a `CachedTopology` caches it as `name`."""
         return make()
 
     def sum_at_vertices(self, values: FloatArray) -> FloatArray:
@@ -121,7 +121,7 @@ class Topology:
         return edge_sums(values, self.sides)
 
     @cached_property
-    def inside(self) -> IntArray:
+    def interior_edges(self) -> IntArray:
         """Indices of the interior edges, which have two faces."""
         return np.flatnonzero(self.sides[1] >= 0)
 
@@ -131,22 +131,22 @@ class Topology:
         return np.asarray(self.edges[self.sides[1] < 0])
 
     @cached_property
-    def edges_inside(self) -> IntArray:
+    def interior_edge_ends(self) -> IntArray:
         """End vertices of the interior edges, (#I, 2)."""
-        return self.edges[self.inside] if self.loops else self.edges
+        return self.edges[self.interior_edges] if self.loops else self.edges
 
     @cached_property
-    def sides_inside(self) -> IntArray:
+    def interior_edge_sides(self) -> IntArray:
         """Half-edges of the interior edges, (2, #I)."""
-        return np.ascontiguousarray(self.sides[:, self.inside]) if self.loops else self.sides
+        return np.ascontiguousarray(self.sides[:, self.interior_edges]) if self.loops else self.sides
 
     @cached_property
-    def faces_inside(self) -> IntArray:
+    def interior_edge_faces(self) -> IntArray:
         """Faces of the interior edges, (#I, 2)."""
-        return np.ascontiguousarray((self.sides_inside % len(self.corner[0])).T)
+        return np.ascontiguousarray((self.interior_edge_sides % len(self.corner[0])).T)
 
     @cached_property
-    def interior(self) -> BoolArray:
+    def is_interior(self) -> BoolArray:
         """Mask of the interior vertices, (#V,)."""
         inside = np.ones(self.n, dtype=bool)
         if self.loops:
@@ -155,16 +155,16 @@ class Topology:
 
 
 @dataclass(frozen=True, eq=False)
-class KeptTopology(Topology):
+class CachedTopology(Topology):
     """A topology that is used in many calls, and caches results that depend only on the connectivity."""
 
     _kept: dict[str, Any] = field(init=False, default_factory=dict, repr=False)
 
     @classmethod
-    def of(cls, topology: Topology) -> KeptTopology:
+    def from_topology(cls, topology: Topology) -> CachedTopology:
         return cls(**{part.name: getattr(topology, part.name) for part in fields(Topology)})
 
-    def once(self, name: str, make: Callable[[], T]) -> T:
+    def compute_once(self, name: str, make: Callable[[], T]) -> T:
         if name not in self._kept:
             self._kept[name] = make()
         made: T = self._kept[name]
@@ -187,13 +187,13 @@ def build_topology(F: IntArray, vertices: IntArray) -> Topology:
         An edge has more than two faces, or two faces of opposite orientation; or two fans of faces meet
         in a boundary vertex.
     """
-    made = sound_topology(F, vertices)
+    made = build_sound_topology(F, vertices)
     if made is None:
         raise _nonmanifold_error(F, find_edges(np.ascontiguousarray(F.T), len(vertices))[0], vertices)
     return made
 
 
-def sound_topology(F: IntArray, vertices: IntArray) -> Topology | None:
+def build_sound_topology(F: IntArray, vertices: IntArray) -> Topology | None:
     """Build a `Topology`, or return None if an edge has more than two faces or inconsistent faces."""
     n = len(vertices)
     corner = np.ascontiguousarray(F.T)
@@ -204,18 +204,18 @@ def sound_topology(F: IntArray, vertices: IntArray) -> Topology | None:
     around, sizes, twice = boundary_loops(tail, head, n)
     if len(twice):  # two boundary edges leave a vertex
         check_fans(F, sides, vertices)
-    loops = tuple(sorted(Ragged.of_sizes(sizes).split(around), key=len, reverse=True))
+    loops = tuple(sorted(Ragged.from_sizes(sizes).split(around), key=len, reverse=True))
     return Topology(n, corner, edges, sides, loops)
 
 
-def manifold_topology(F: IntArray, vertices: IntArray) -> Topology:
+def build_manifold_topology(F: IntArray, vertices: IntArray) -> Topology:
     """Build a `Topology`, and reject interior vertices where several fans of faces meet."""
     topology = build_topology(F, vertices)
     check_fans(F, topology.sides, vertices)
     return topology
 
 
-def planar_topology(F: IntArray, vertices: IntArray) -> Topology:
+def build_planar_topology(F: IntArray, vertices: IntArray) -> Topology:
     """Build the `Topology` of a mesh that must be a single disk, with or without holes.
 
     Raises
@@ -269,15 +269,15 @@ def _nonmanifold_error(F: IntArray, edges: IntArray, vertices: IntArray) -> Mesh
         several = np.unique(triangle[twin])
         same = np.flatnonzero(triangle == several[0])
         return MeshError(
-            f"faces {some(same)} are the same triangle of vertices {vertices[F[same[0]]].tolist()} "
+            f"faces {first_few(same)} are the same triangle of vertices {vertices[F[same[0]]].tolist()} "
             f"({len(several)} such triangles in all): keep one of each, or let "
             "igl_linabf.clean take them apart"
         )
     if len(crowded):
         faces = np.flatnonzero(edge == crowded[0]) % len(F)
         return MeshError(
-            f"edges {some(vertices[edges[crowded]])} have more than two faces "
-            f"(the first: faces {some(np.sort(faces))}): separate the sheets there, as "
+            f"edges {first_few(vertices[edges[crowded]])} have more than two faces "
+            f"(the first: faces {first_few(np.sort(faces))}): separate the sheets there, as "
             "igl_linabf.clean does, or remove the extra faces"
         )
     a, b = np.sort(np.flatnonzero(edge == turned[0]) % len(F))
@@ -297,8 +297,8 @@ def check_planar(topology: Topology, vertices: IntArray) -> None:
     first = vertices[np.unique(label, return_index=True)[1]]
     if len(first) > 1:
         raise MeshError(
-            f"the mesh has {len(first)} components, of {some(np.bincount(label[F[:, 0]]))} faces, with "
-            f"vertices {some(first)}: "
+            f"the mesh has {len(first)} components, of {first_few(np.bincount(label[F[:, 0]]))} faces, with "
+            f"vertices {first_few(first)}: "
             "use igl_linabf.unwrap, which makes charts of all of them, or flatten them one by one"
         )
     check_fans(F, topology.sides, vertices)
@@ -322,7 +322,7 @@ def check_fans(F: IntArray, sides: IntArray, vertices: IntArray) -> None:
     bad = np.flatnonzero(number > 1)
     if len(bad):
         raise MeshError(
-            f"at vertices {some(vertices[bad])} several fans of faces meet in one point "
+            f"at vertices {first_few(vertices[bad])} several fans of faces meet in one point "
             f"(a bowtie; {number[bad[0]]} fans at the first): duplicate the vertex for each fan, "
             "as igl_linabf.clean does"
         )

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
 from ..charts import UDIM_ROW, Atlas
-from ..errors import MeshError, some
+from ..errors import MeshError, first_few
 from ..surface import Polygons, Triangles, vertex_array
 
 Coordinates = Atlas | ArrayLike | tuple[ArrayLike, Any]
@@ -66,16 +66,16 @@ class MappedTriangles:
         TC, FTC = (
             coordinates if isinstance(coordinates, tuple) and len(coordinates) == 2 else (coordinates, F)
         )
-        polygons, points = Polygons.of(F), vertex_array(TC, 2, "uv" if FTC is F else "TC")
-        polygons.check(len(positions))
-        texture = polygons.texture_of(FTC)
-        bad = np.unique(texture.owner[texture.corners >= len(points)])
+        polygons, points = Polygons.from_faces(F), vertex_array(TC, 2, "uv" if FTC is F else "TC")
+        polygons.check_vertices(len(positions))
+        texture = polygons.parse_texture_indices(FTC)
+        bad = np.unique(texture.polygon_of_corner[texture.corners >= len(points)])
         if len(bad):
             raise MeshError(
-                f"faces {some(bad)} refer to texture coordinates outside 0..{len(points) - 1}: give a row "
-                "for each vertex, or TC and FTC as a pair"
+                f"faces {first_few(bad)} refer to texture coordinates outside 0..{len(points) - 1}: give a "
+                "row for each vertex, or TC and FTC as a pair"
             )
-        split = polygons.split(positions)
+        split = polygons.triangulate(positions)
         rows = texture.corners[split.place]
         page = _find_tiles(points, rows, split.face)
         only_triangles = bool((polygons.sizes == 3).all())
@@ -99,15 +99,17 @@ def _find_tiles(TC: FloatArray, rows: IntArray, face: IntArray) -> IntArray:
     corners = TC[rows[mapped]]
     finite = np.isfinite(corners).all(axis=(1, 2))
     if not finite.all():
-        raise MeshError(f"texture coordinates of faces {some(face[mapped[~finite]])} are NaN or infinite")
+        raise MeshError(
+            f"texture coordinates of faces {first_few(face[mapped[~finite]])} are NaN or infinite"
+        )
     tile = np.floor(corners.mean(axis=1))
     beyond = np.abs(corners - tile[:, None] - 0.5).max(axis=(1, 2)) > 0.5 + TILE_TOLERANCE
     outside = beyond | (tile < 0).any(axis=1) | (tile[:, 0] >= UDIM_ROW)
     if outside.any():
         raise MeshError(
-            f"texture coordinates of faces {some(face[mapped[outside]])} are outside the unit square, or "
-            "cross the border of their UDIM tile: scale a map by igl_linabf.io.unit_square, or pack charts "
-            "by igl_linabf.uv.pack"
+            f"texture coordinates of faces {first_few(face[mapped[outside]])} are outside the unit square, "
+            "or cross the border of their UDIM tile: scale a map by igl_linabf.io.unit_square, or pack "
+            "charts by igl_linabf.uv.pack"
         )
     page[mapped] = tile.astype(np.int64) @ [1, UDIM_ROW]
     return page

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from ..surface import merge_coincident, unit_vectors
+from ..surface import merge_coincident, normalize_vectors
 
 
 class Frames(NamedTuple):
@@ -33,14 +33,14 @@ def compute_tangent_frames(points: FloatArray, normals: FloatArray, uv: FloatArr
     sign = np.where(double_area < 0, -1.0, 1.0)
     along = sign[:, None] * (e[:, 0] * d[:, 1, 1:] - e[:, 1] * d[:, 0, 1:])
     own = (
-        unit_vectors(_project_to_tangent(np.repeat(along[:, None], 3, axis=1), normals))
+        normalize_vectors(_project_to_tangent(np.repeat(along[:, None], 3, axis=1), normals))
         * _compute_angles(points, normals)[..., None]
     )
     flat = np.column_stack((points.reshape(-1, 3), normals.reshape(-1, 3), uv.reshape(-1, 2), sign.repeat(3)))
     same: IntArray = merge_coincident(flat, np.arange(len(flat)))
     total = np.zeros((len(flat), 3))
     np.add.at(total, same, own.reshape(-1, 3))
-    tangent = unit_vectors(total[same]).reshape(-1, 3, 3)
+    tangent = normalize_vectors(total[same]).reshape(-1, 3, 3)
     return Frames(tangent, sign[:, None, None] * np.cross(normals, tangent), normals)
 
 
@@ -70,6 +70,6 @@ def _project_to_tangent(vectors: FloatArray, normals: FloatArray) -> FloatArray:
 def _compute_angles(points: FloatArray, normals: FloatArray) -> FloatArray:
     """Return the corner angles of triangles, (#T, 3), after projection along the normals."""
     ahead, back = (
-        unit_vectors(_project_to_tangent(np.roll(points, k, axis=1) - points, normals)) for k in (-1, 1)
+        normalize_vectors(_project_to_tangent(np.roll(points, k, axis=1) - points, normals)) for k in (-1, 1)
     )
     return np.asarray(np.arccos(np.clip((ahead * back).sum(axis=-1), -1, 1)))

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..charts import FIRST_UDIM_TILE, page_size
-from ..errors import MeshError, format_count, some
-from ..surface import Polygons, unit_vectors, vertex_array
+from ..errors import MeshError, first_few, format_count
+from ..surface import Polygons, normalize_vectors, vertex_array
 from .baking import check_image_memory, check_padding, list_pages, paint_page
 from .coordinates import Coordinates, MappedTriangles
 from .sampling import Picture
@@ -133,7 +133,7 @@ def _look_up(
     found = np.column_stack((found, np.ones((len(found), missing)))) if missing > 0 else found
     if frames is not None and channels >= 3:
         old, new = (Frames(*(texels.values(part) for part in frame)) for frame in frames)
-        found[:, :3] = unit_vectors(change_frames(2 * found[:, :3] - 1, old, new)) / 2 + 0.5
+        found[:, :3] = normalize_vectors(change_frames(2 * found[:, :3] - 1, old, new)) / 2 + 0.5
     return found
 
 
@@ -144,12 +144,13 @@ def _get_old_coordinates(
 
     The second result is a mask of the triangles without texture coordinates, whose coordinates are 0.
     """
-    polygons, points = Polygons.of(F), vertex_array(TC, 2, "TC")
-    texture = polygons.texture_of(FTC)
-    bad = np.unique(texture.owner[texture.corners >= len(points)])
+    polygons, points = Polygons.from_faces(F), vertex_array(TC, 2, "TC")
+    texture = polygons.parse_texture_indices(FTC)
+    bad = np.unique(texture.polygon_of_corner[texture.corners >= len(points)])
     if len(bad):
         raise MeshError(
-            f"faces {some(bad)} refer to old texture coordinates outside 0..{len(points) - 1}: correct FTC"
+            f"faces {first_few(bad)} refer to old texture coordinates outside 0..{len(points) - 1}: correct "
+            "FTC"
         )
     place = mapped.split.place if mapped.split is not None else np.arange(polygons.sizes.sum()).reshape(-1, 3)
     if len(place) != len(mapped.F):
@@ -161,7 +162,7 @@ def _get_old_coordinates(
     uv = np.concatenate((points, [[0.0, 0.0]]))[np.where(rows < 0, len(points), rows)]
     bad = np.flatnonzero(~np.isfinite(uv).all(axis=(1, 2)))
     if len(bad):
-        raise MeshError(f"TC is NaN or infinite at triangles {some(bad)}: correct it")
+        raise MeshError(f"TC is NaN or infinite at triangles {first_few(bad)}: correct it")
     return np.asarray(uv), np.asarray((rows < 0).any(axis=1))
 
 
@@ -198,9 +199,13 @@ def _separate_tiles(
         lacking = ~np.isin(pages, list(picture.tiles))
         if lacking.any():
             tiles = np.unique(pages[lacking & (pages >= 0)]) + FIRST_UDIM_TILE
-            where = f"the UDIM tiles {some(tiles)}, which their image lacks" if len(tiles) else "no UDIM tile"
+            where = (
+                f"the UDIM tiles {first_few(tiles)}, which their image lacks"
+                if len(tiles)
+                else "no UDIM tile"
+            )
             raise MeshError(
-                f"triangles {some(mine[lacking])} are on {where}: add the tiles, or move the charts"
+                f"triangles {first_few(mine[lacking])} are on {where}: add the tiles, or move the charts"
             )
         for page in np.unique(pages).tolist():
             label[mine[pages == page]] = len(separated)
@@ -223,7 +228,7 @@ def _get_labels(labels: ArrayLike | None, n_triangles: int, number: int, mapped:
     bad = np.flatnonzero(given >= number)
     if len(bad):
         raise MeshError(
-            f"faces {some(bad)} have labels beyond the {format_count(number, 'image')}: give more images"
+            f"faces {first_few(bad)} have labels beyond the {format_count(number, 'image')}: give more images"
         )
     return np.asarray(given[face], dtype=np.int64)
 

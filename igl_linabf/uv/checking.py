@@ -12,7 +12,7 @@ from .._notebook import html_row, html_table, map_svg
 from .._runtime import align_columns
 from .._types import FloatArray, IntArray
 from ..charts import page_size, texture_seams
-from ..errors import MeshError, format_count, is_number, some, takes_vertices_and_faces
+from ..errors import MeshError, first_few, format_count, is_number, takes_vertices_and_faces
 from ..measures import Quality, format_pair_count, measure_quality
 from ..surface import Submesh, merge_coincident
 from .margins import measure_margins
@@ -168,13 +168,14 @@ class UVCheck:
             )
         if self.flips:
             lines.append(
-                f"faces {some(self.flipped)} are flipped or collapsed in the map: unwrap their charts again"
+                f"faces {first_few(self.flipped)} are flipped or collapsed in the map: unwrap their charts "
+                "again"
             )
         if self.overlaps:
             pairs = f"{format_pair_count(self.overlaps)} pair{'s' * (self.overlaps > 1)} of triangles"
             lines.append(
-                f"{pairs} overlap by accident, such as faces {some(self.overlapping[0])}: repack the charts, "
-                "or unwrap charts that overlap themselves"
+                f"{pairs} overlap by accident, such as faces {first_few(self.overlapping[0])}: repack the "
+                "charts, or unwrap charts that overlap themselves"
             )
         return lines + [
             line for limit, asked in self.report.limits.items() for line in self._list_exceeded(limit, asked)
@@ -344,7 +345,7 @@ def check_uv(
 
 def _measure(charts: UVCharts, width: int, height: int, limits: dict[str, float]) -> UVCheck:
     """Measure the charts on pages of the given size in texels."""
-    surface = Submesh.of_arrays(charts.V, charts.upright)
+    surface = Submesh.from_arrays(charts.V, charts.upright)
     aspect = height / width
     pairs, stack = charts.overlaps
     quality = measure_quality(surface, charts.uv[surface.vertices] * [1, aspect], overlaps=len(pairs))

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..charts import Packing, find_unseen_charts, pack_charts, page_size, resolve_packing
-from ..errors import MeshError, MeshWarning, format_count, some, stack_level
-from ..surface import complex_positions, coordinates, vertex_array
+from ..errors import MeshError, MeshWarning, first_few, format_count, stack_level
+from ..surface import complex_positions, real_coordinates, vertex_array
 from .uv_charts import UVCharts
 
 ROUNDING = 1e-14  # maximum area of a chart that counts as zero, relative to its largest coordinate squared
@@ -167,7 +167,7 @@ def pack(
     for i in own.tolist():
         used, local = np.unique(charts.upright[rows[i]], return_inverse=True)
         corner = z[used].real.min() + 1j * z[used].imag.min()
-        maps.append((coordinates(even[i] * (z[used] - corner)), local.reshape(-1, 3), corner))
+        maps.append((real_coordinates(even[i] * (z[used] - corner)), local.reshape(-1, 3), corner))
     placed = pack_charts([(uv, faces) for uv, faces, _ in maps], replace(packing, unseen=1.0), rotate=rotate)
     turn, shift = np.zeros((2, charts.number), dtype=np.complex128)
     page = np.zeros(charts.number, dtype=np.int64)
@@ -177,7 +177,9 @@ def pack(
         shift[i], page[i] = new.shift - turn[i] * corner, new.page
     lost = charts.faces_of(~solid[charts.chart])
     if len(lost):
-        text = f"the charts of faces {some(lost)} have no area in the map and are left at the page's corner"
+        text = (
+            f"the charts of faces {first_few(lost)} have no area in the map and are left at the page's corner"
+        )
         warnings.warn(f"{text}: unwrap the mesh to give them an area", MeshWarning, stacklevel=stack_level())
     fill = sum(new.area for new in placed) / (1 + max(new.page for new in placed))
     turned = z, turn[stack], shift[stack]
@@ -222,6 +224,6 @@ def _build_packed_uv(
     place[pairs[::-1, 1]] = np.arange(len(pairs))[::-1]
     at[charts.rows_aside] = place[charts.F_aside]
     faces[charts.split.face[charts.rows][::-1]] = charts.chart[::-1]
-    known = charts.split.at_corners(at)
-    TC, FTC = coordinates(z) / [1, aspect], polygons.shape(known)
+    known = charts.split.convert_to_polygon_corners(at)
+    TC, FTC = real_coordinates(z) / [1, aspect], polygons.reshape_like_faces(known)
     return PackedUV(TC, FTC, faces, page, fill, scale, unseen, len(charts.unmapped))

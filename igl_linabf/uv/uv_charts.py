@@ -12,15 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._core import common_areas, find_overlaps
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..errors import MeshError, format_count, some
+from ..errors import MeshError, first_few, format_count
 from ..measures import MAX_PAIRS
 from ..surface import (
     Polygons,
     Triangles,
     complex_positions,
     connected_labels,
-    distinct_corners,
     find_faces_without_area,
+    has_distinct_corners,
     merge_coincident,
     orient_faces,
     scale_to_unit_size,
@@ -81,16 +81,16 @@ class UVCharts:
         MeshError
             The arrays are malformed or do not match, or a coordinate at a face is NaN or infinite.
         """
-        polygons = Polygons.of(F)
-        texture = polygons.texture_of(FTC)
+        polygons = Polygons.from_faces(F)
+        texture = polygons.parse_texture_indices(FTC)
         positions, points = vertex_array(V), vertex_array(TC, 2, "TC")
-        polygons.check(len(positions))
+        polygons.check_vertices(len(positions))
         without = texture.corners < 0
-        unmapped = np.unique(polygons.owner[without])
-        bad = np.unique(polygons.owner[texture.corners >= len(points)])
+        unmapped = np.unique(polygons.polygon_of_corner[without])
+        bad = np.unique(polygons.polygon_of_corner[texture.corners >= len(points)])
         if len(bad):
             raise MeshError(
-                f"faces {some(bad)} refer to texture coordinates outside 0..{len(points) - 1}: "
+                f"faces {first_few(bad)} refer to texture coordinates outside 0..{len(points) - 1}: "
                 "correct FTC or complete TC"
             )
         for array, used, name in (
@@ -99,8 +99,8 @@ class UVCharts:
         ):
             bad = np.unique(used[~np.isfinite(array[used]).all(axis=1)])
             if len(bad):
-                raise MeshError(f"rows {some(bad)} of {name} are NaN or infinite: correct them")
-        split = polygons.split(positions)
+                raise MeshError(f"rows {first_few(bad)} of {name} are NaN or infinite: correct them")
+        split = polygons.triangulate(positions)
         rows = np.flatnonzero(~np.isin(split.face, unmapped))
         at = split.place[rows]
         pair = np.concatenate((positions[polygons.corners[at]], points[texture.corners[at]]), axis=2).reshape(
@@ -127,7 +127,7 @@ class UVCharts:
 
         An edge is shared if its ends agree in space and in the map. Side 3 t + k begins at corner k.
         """
-        F = np.concatenate((self.F, self.F_aside[distinct_corners(self.F_aside)]))
+        F = np.concatenate((self.F, self.F_aside[has_distinct_corners(self.F_aside)]))
         tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()
         key = np.minimum(tail, head) * len(self.V) + np.maximum(tail, head)
         order = np.argsort(key, kind="stable")

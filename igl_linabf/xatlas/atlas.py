@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._types import FloatArray, IntArray
-from ..errors import format_count, some
+from ..errors import first_few, format_count
 from ..surface import check_finite, face_array, vertex_array
 from ..textures import find_covered_texels
 from .arrays import check_shape
@@ -134,7 +134,7 @@ class Atlas:
         bad = np.flatnonzero(((F < 0) | (len(points) <= F)).any(axis=1))
         if len(bad):
             raise RuntimeError(
-                f"faces {some(bad)} have indices that are out of range for "
+                f"faces {first_few(bad)} have indices that are out of range for "
                 f"{format_count(len(points), 'vertex')} "
                 f"(face {bad[0]} is {F[bad[0]].tolist()}): correct them"
             )

@@ -14,10 +14,10 @@ from ..charts import Atlas as UnwrappedMesh
 from ..errors import MeshWarning
 from ..surface import (
     complex_positions,
-    coordinates,
-    distinct_corners,
     face_components,
+    has_distinct_corners,
     merge_coincident,
+    real_coordinates,
     signed_double_areas,
 )
 from .options import PackOptions
@@ -131,7 +131,7 @@ def _place_charts(mesh: PackedMesh, placed: Sequence[PackedChart]) -> PackedMesh
     ratio, shift = np.array([*((chart.ratio, chart.shift) for chart in placed), (0, 0)]).T  # 0 for chart -1
     at = mesh.chart_of_vertices
     z = ratio[at] * complex_positions(mesh.uv) + shift[at]
-    return replace(mesh, uv=_onto_page(coordinates(z), page, at), page=page)
+    return replace(mesh, uv=_onto_page(real_coordinates(z), page, at), page=page)
 
 
 def _unwrap_quietly(mesh: GivenMesh, packing: Packing) -> UnwrappedMesh:
@@ -173,7 +173,7 @@ def _divide_into_charts(mesh: GivenMesh) -> PackedMesh:
 
 def _list_charts(mesh: PackedMesh) -> list[tuple[FloatArray, IntArray]]:
     """Return the points and the triangles of each chart. The vertices of a chart must be consecutive."""
-    order = np.flatnonzero((mesh.chart >= 0) & distinct_corners(mesh.indices))
+    order = np.flatnonzero((mesh.chart >= 0) & has_distinct_corners(mesh.indices))
     order = order[np.argsort(mesh.chart[order], kind="stable")]
     numbers = np.arange(len(mesh.page) + 1)
     face = np.searchsorted(mesh.chart[order], numbers)

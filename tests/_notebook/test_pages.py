@@ -46,7 +46,7 @@ def test_a_flattening_shows_its_table_and_the_outline_of_its_map() -> None:
 def test_the_picture_has_every_boundary_loop_and_stays_in_its_box() -> None:
     V, F = load("pial_with_holes")
     result = flatten(V, F)
-    loops = Submesh.checked_manifold(V, F).topology.loops
+    loops = Submesh.manifold_from_input(V, F).topology.loops
     page = parse_html(result._repr_html_())
     assert count_loops(page) == [len(loops)]
     (svg,) = page.iter(f"{SVG}svg")

@@ -15,7 +15,7 @@ def hourglass(waist: float) -> Submesh:
     """Return a strip of length 1 that is narrowest at a waist."""
     V, F = igl.triangulated_grid(41, 9)
     x, y = V[:, 0] / V[:, 0].max(), V[:, 1] / V[:, 1].max()
-    return Submesh.checked(np.column_stack((x, y * (0.1 + 0.4 * np.abs(x - waist)), np.zeros(len(V)))), F)
+    return Submesh.from_input(np.column_stack((x, y * (0.1 + 0.4 * np.abs(x - waist)), np.zeros(len(V)))), F)
 
 
 @pytest.mark.parametrize("waist", [0.425, 0.5, 0.6])
@@ -29,7 +29,7 @@ def test_a_chart_is_halved_at_the_narrowest_place_near_its_middle(waist: float) 
 
 def test_a_waist_far_from_the_middle_is_not_used() -> None:
     piece = hourglass(0.1)
-    sizes = [part.measured[0].sum() for part in bisect(piece)]
+    sizes = [part.areas_and_products[0].sum() for part in bisect(piece)]
     assert min(sizes) > 0.25 * sum(sizes)
 
 

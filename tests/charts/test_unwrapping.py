@@ -260,7 +260,7 @@ def test_only_parts_with_flipped_triangles_count_as_flipped() -> None:
     assert whole.outcome is Outcome.FLIPPED
     piece = Submesh(V, F, np.arange(len(F)), np.arange(len(V)), len(V))
     near = np.isin(F, F[whole.flipped]).any(axis=1)
-    parts = piece.divided(near)
+    parts = piece.cut_between_labels(near)
     made = [restrict_flattening(whole, piece, part, restrict_uv(whole.uv, piece, part)) for part in parts]
     flips = [bool(near[part.faces].any()) for part in parts]
     assert any(flips) and not all(flips)
@@ -291,7 +291,7 @@ def test_a_part_of_a_chart_that_is_stretched_gets_seams_for_itself() -> None:
     V, F = igl.upsample(*igl.icosahedron(), 3)
     V /= np.linalg.norm(V, axis=1)[:, None]
     # a dome whose map has an L2 stretch of 1.6
-    dome = Submesh.checked_manifold(V, F[V[F].mean(axis=1)[:, 2] > -0.7])
+    dome = Submesh.manifold_from_input(V, F[V[F].mean(axis=1)[:, 2] > -0.7])
     asked = options.ChartRules(LinABF(), True, 6.0, False, False, None, None)
     work = charting._PendingPiece((0,), dome, Counter({charting.Reason.OVERLAP: 9}))
     tried = charting._try_piece(work, asked, None)
@@ -304,7 +304,7 @@ def test_a_part_of_a_chart_that_is_stretched_gets_seams_for_itself() -> None:
 def test_seams_that_turn_out_to_cost_more_than_they_save_are_not_cut(monkeypatch) -> None:
     V, F = igl.upsample(*igl.icosahedron(), 3)
     V /= np.linalg.norm(V, axis=1)[:, None]
-    dome = Submesh.checked_manifold(V, F[V[F].mean(axis=1)[:, 2] > 0.3])
+    dome = Submesh.manifold_from_input(V, F[V[F].mean(axis=1)[:, 2] > 0.3])
     sides = np.concatenate((F[:, [0, 1]], F[:, [1, 2]]))
     across = sides[(V[sides][..., 0] > 0).sum(axis=1) == 2]
     middle = across[np.abs(V[across][..., 0]).max(axis=1) < 0.12]

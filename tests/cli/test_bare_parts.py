@@ -64,7 +64,7 @@ def run(capsys: pytest.CaptureFixture[str], *words: str, code: int = 0) -> dict[
 
 def list_corners(mesh: MeshFile, part: str) -> Any:
     """Return the texture coordinates at the corners of a part; None if it has none."""
-    rows = mesh.texture[np.isin(mesh.polygons.owner, find_faces(mesh, part))]
+    rows = mesh.texture[np.isin(mesh.polygons.polygon_of_corner, find_faces(mesh, part))]
     assert (rows < 0).all() or (rows >= 0).all()
     return None if rows[0] < 0 else mesh.TC[rows]
 
@@ -91,7 +91,7 @@ def test_second_coordinates_leave_the_first_ones_of_the_other_parts(
     assert main(["unwrap", str(scene), "-o", str(out), "--texcoord", "1", "--quiet"]) == 0
     assert "20 faces without texture coordinates, in lamp: both sets" in capsys.readouterr().err
     after = read_file(out)
-    owner = np.isin(after.polygons.owner, np.arange(20))
+    owner = np.isin(after.polygons.polygon_of_corner, np.arange(20))
     assert np.allclose(after.TC[after.texture[owner]], list_corners(before, "ball"), atol=1e-6)
     columns = after.extras.source.tables["face"]["texcoord1"].values.reshape(-1, 2)
     assert np.allclose(columns[~owner], after.TC[after.texture[~owner]])
@@ -137,7 +137,7 @@ def test_seams_are_found_on_parts_without_any(scene: Path, capsys: pytest.Captur
 
 
 def test_a_face_keeps_its_coordinates_if_another_has_none() -> None:
-    polygons = Polygons.of([[0, 1, 2], [0, 2, 3]])
+    polygons = Polygons.from_faces([[0, 1, 2], [0, 2, 3]])
     V, TC = np.eye(4, 3), np.eye(3, 2)
     mesh = MeshFile(V, polygons, TC, np.array([0, 1, 2, -1, -1, -1]))
     assert mesh.textured(TC * 2, [[0, 1, 2], [-1, -1, -1]]).texture.tolist() == [0, 1, 2, -1, -1, -1]

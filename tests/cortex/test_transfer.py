@@ -15,7 +15,7 @@ from test_templates import draw_template
 
 from igl_linabf.cortex.templates import build_template, load_fsaverage_template
 from igl_linabf.cortex.transfer import transfer_cuts, transfer_wall
-from igl_linabf.surface import patch_faces
+from igl_linabf.surface import find_patch_faces
 
 
 def turned(subdivisions: int) -> tuple[np.ndarray, np.ndarray]:
@@ -44,7 +44,7 @@ def test_cuts_are_edge_paths_along_the_template_from_tip_to_wall(subdivisions: i
         assert path[-1] in ends
         assert ends.isdisjoint(path[:-1].tolist())
         ends.update(path.tolist())
-    patch = patch_faces(F, cuts.stays)
+    patch = find_patch_faces(F, cuts.stays)
     assert igl.euler_characteristic(np.unique(F[patch.rows], return_inverse=True)[1].reshape(-1, 3)) == 1
     assert sum(map(len, patch.pieces)) < 0.002 * len(sphere)
 

@@ -88,7 +88,7 @@ def test_one_step_of_abfpp_is_newtons_step_of_the_problem_in_products() -> None:
     V, F = igl.icosahedron()
     V, F = igl.upsample(V * [1, 1.5, 0.7], F[2:], 1)
     mesh = planar_mesh(V, F)
-    interior = np.flatnonzero(mesh.topology.interior)
+    interior = np.flatnonzero(mesh.topology.is_interior)
     start = initial_estimate(mesh.topology, corner_angles(mesh), to_triangles=False).T
     h = 1e-6
     jacobian = np.stack(

@@ -288,7 +288,7 @@ def test_an_ear_on_a_straight_side_is_named_and_its_chord_can_be_split() -> None
         linabf(V, F, boundary="rectangle", corners=[0, 2, 34, 4])
     W, G = split_chords(V, F)
     assert (W[: len(V)] == V).all() and len(W) == len(V) + 2
-    assert not len(find_chords(Submesh.checked(W, G).topology))
+    assert not len(find_chords(Submesh.from_input(W, G).topology))
     assert abs(igl.doublearea(W, G).sum() - igl.doublearea(V, F).sum()) < 1e-12
     result = flatten(W, G, boundary="rectangle", corners=[0, 2, 34, 4])
     assert quality(W, G, result.uv).flips == 0
@@ -313,7 +313,7 @@ def test_every_pattern_of_split_sides_keeps_the_surface() -> None:
         F = np.array([[0, 1, 2], [1, 0, 3], [2, 1, 4], [0, 2, 5]])[:n]
         W, G = split_chords(V[: F.max() + 1], F)
         assert len(G) == n + 2 * (n - 1)
-        assert not len(find_chords(Submesh.checked_manifold(W, G).topology))
+        assert not len(find_chords(Submesh.manifold_from_input(W, G).topology))
         assert (np.cross(W[G[:, 1]] - W[G[:, 0]], W[G[:, 2]] - W[G[:, 0]])[:, 2] > 0).all()
         assert abs(igl.doublearea(W, G).sum() - igl.doublearea(V, F).sum()) < 1e-12
 

@@ -56,7 +56,7 @@ def test_edges_and_analysis_are_made_once(monkeypatch: pytest.MonkeyPatch) -> No
     V, F = load("bumps")
     flattener = il.Flattener(F)
     first = flattener.flatten(V)
-    for module, name in ((il.surface.mesh, "planar_topology"), (il.linalg.Solvers, "analyse")):
+    for module, name in ((il.surface.mesh, "build_planar_topology"), (il.linalg.Solvers, "analyse")):
         monkeypatch.delattr(module, name)
     assert_same(flattener.flatten(V), first)
 

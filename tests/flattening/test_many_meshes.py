@@ -171,7 +171,7 @@ def test_the_rotation_of_a_symmetric_disk_does_not_depend_on_rounding_errors() -
 
 def test_ragged_rows_are_reduced_independently() -> None:
     sizes = np.array([3, 0, 1, 40, 7, 0])
-    rows, rng = Ragged.of_sizes(sizes), np.random.default_rng(0)
+    rows, rng = Ragged.from_sizes(sizes), np.random.default_rng(0)
     values = rng.normal(size=sizes.sum())
     pieces = np.split(values, np.cumsum(sizes)[:-1])
     np.testing.assert_allclose(rows.sum(values), [piece.sum() for piece in pieces])
@@ -179,7 +179,7 @@ def test_ragged_rows_are_reduced_independently() -> None:
     np.testing.assert_array_equal(rows.cumsum(values), np.concatenate([np.cumsum(piece) for piece in pieces]))
     np.testing.assert_array_equal(rows.repeat(np.arange(6)), np.repeat(np.arange(6), sizes))
     turned = np.concatenate([np.roll(piece, -1) for piece in pieces])
-    np.testing.assert_array_equal(values[rows.following], turned)
+    np.testing.assert_array_equal(values[rows.next_element], turned)
 
 
 def place_side_by_side(bodies: list[Surface]) -> Surface:
@@ -244,11 +244,11 @@ def test_charts_of_many_pieces_equal_those_of_single_pieces() -> None:
 def test_seams_of_many_small_bodies_cost_no_more_than_one_by_one() -> None:
     rng = np.random.default_rng(1)
     bodies = [body(rng, holes) for holes in (0, 1, 2, 3) for _ in range(8)]
-    surface = Submesh.checked_manifold(*place_side_by_side(bodies))
+    surface = Submesh.manifold_from_input(*place_side_by_side(bodies))
     search = SeamSearch(ChartOptions.trade, il.LinABF())
     together = search.seams(surface)
     ratio = []
-    for component in surface.components():
+    for component in surface.split_components():
         piece = ClosedSurface.of(component)
         edges = component.vertices[piece.edges]
         found = np.isin(np.sort(edges) @ [surface.n_given, 1], np.sort(together) @ [surface.n_given, 1])

@@ -46,7 +46,7 @@ def round_trip(folder: Path, name: str, data: bytes | str, to: str = "out.obj") 
     source.write_bytes(data if isinstance(data, bytes) else data.encode())
     mesh = read_file(source)
     TC = np.random.default_rng(0).random((len(mesh.polygons.corners), 2))
-    FTC = mesh.polygons.shape(np.arange(len(TC)))
+    FTC = mesh.polygons.reshape_like_faces(np.arange(len(TC)))
     write_file(out, mesh, TC, FTC)
     return mesh.textured(TC, FTC), read_file(out, allow_outside=True)
 

@@ -399,7 +399,7 @@ def check_second_set(folder: Path) -> None:
         folder / "out.glb",
         before,
         np.arange(24).reshape(12, 2),
-        before.polygons.shape(np.arange(12)),
+        before.polygons.reshape_like_faces(np.arange(12)),
         texcoord=1,
     )
     after = read_file(folder / "out.glb")

@@ -17,7 +17,7 @@ from igl_linabf import LinABF, MeshError, flatten
 from igl_linabf.angles import Pattern
 from igl_linabf.errors import MemoryLimitError
 from igl_linabf.linalg import Cholesky, memory
-from igl_linabf.surface import planar_topology
+from igl_linabf.surface import build_planar_topology
 
 LIMITED = """
 import resource, sys
@@ -102,7 +102,9 @@ def test_free_memory_does_not_exceed_total_memory() -> None:
 @pytest.mark.parametrize("side", [30, 100])
 def test_the_estimated_size_of_a_factor_is_a_tight_upper_bound(side: int, block: int) -> None:
     n = side * side
-    pattern = Pattern(planar_topology(igl.triangulated_grid(side, side)[1], np.arange(n)), np.arange(n), n)
+    pattern = Pattern(
+        build_planar_topology(igl.triangulated_grid(side, side)[1], np.arange(n)), np.arange(n), n
+    )
     taken = Cholesky(pattern.indptr, pattern.indices, block).memory_bytes
     assert taken <= memory.factor_bytes(n, block) <= 4 * taken
 

@@ -30,7 +30,7 @@ def test_an_unrolled_cylinder_has_no_error_and_a_scaled_map_the_error_of_its_sca
 
 def test_neighbours_are_within_the_rings_and_distances_are_shortest_paths() -> None:
     V, F = bumps(200)
-    found = Distances.within(Submesh.checked(V, F), 3)
+    found = Distances.measure_within_rings(Submesh.from_input(V, F), 3)
     adjacent = igl.adjacency_matrix(F).toarray() > 0
     near = np.linalg.matrix_power(adjacent + np.eye(len(V)), 3) > 0
     np.fill_diagonal(near, False)

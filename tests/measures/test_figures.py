@@ -11,7 +11,7 @@ from conftest import bumps, load
 from own_measures import estimate_jacobians
 
 from igl_linabf import MeshError, flatten, overlaps, quality
-from igl_linabf.measures import measure_qualities, table
+from igl_linabf.measures import format_table, measure_qualities
 from igl_linabf.surface import Submesh
 
 
@@ -61,7 +61,7 @@ def test_figures_of_concatenated_maps_equal_those_of_each_map() -> None:
     # move a vertex across the opposite side, which flips a face
     flipped[near[0]] = flipped[near[1:]].mean(axis=0) * 2 - flipped[near[0]]
     assert quality(*meshes[1][:2], flipped).flips
-    surfaces = [(Submesh.checked(V, F), uv, quality(V, F, uv).overlaps) for V, F, uv in meshes]
+    surfaces = [(Submesh.from_input(V, F), uv, quality(V, F, uv).overlaps) for V, F, uv in meshes]
     for together, (V, F, uv) in zip(measure_qualities(surfaces), meshes, strict=True):
         *figures, report, distances = astuple(together)
         *alone, report_alone, none = astuple(quality(V, F, uv))
@@ -127,7 +127,7 @@ def test_quality_prints_as_a_table() -> None:
     V, F = load("bumps")
     q = quality(V, F, V[:, :2])
     assert f"{q.angle_distortion:.4g}" in str(q)
-    text = table({"one": q, "two": q}, {"seconds": {"one": "1.5"}})
+    text = format_table({"one": q, "two": q}, {"seconds": {"one": "1.5"}})
     lines = text.splitlines()
     assert lines[0].split() == ["one", "two"]
     assert lines[1].split() == ["triangles", f"{len(F):,}", f"{len(F):,}"]

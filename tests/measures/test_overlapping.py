@@ -233,7 +233,7 @@ def test_a_list_with_too_many_pairs_says_that_there_are_more(monkeypatch: pytest
     with pytest.warns(MeshWarning, match="more than 50 pairs"):
         pairs = overlaps(uv, F)
     assert len(pairs) == 51
-    found = overlapping.overlapping_pairs_of_each([(uv, F), (uv, F), (uv[:7], F[:3])])
+    found = overlapping.find_overlapping_pairs_of_charts([(uv, F), (uv, F), (uv[:7], F[:3])])
     assert list(map(len, found)) == [51, 51, 3]
     measured = quality(np.column_stack((uv, np.zeros(len(uv)))), F, uv)
     assert measured.overlaps == 51 and "more than 50" in str(measured)

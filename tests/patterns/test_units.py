@@ -24,7 +24,7 @@ def icosahedron(path: Path, unit: str | None) -> Path:
     """Write an icosahedron with edges of length one in the given unit."""
     pytest.importorskip("lib3mf" if path.suffix == ".3mf" else "numpy")
     side = np.linalg.norm(V[F[0, 0]] - V[F[0, 1]])
-    mesh = MeshFile(V / side, Polygons.of(F), extras=Extras(units=unit))
+    mesh = MeshFile(V / side, Polygons.from_faces(F), extras=Extras(units=unit))
     write_file(path, mesh, np.zeros((len(V), 2)) + V[:, :2])
     return path
 

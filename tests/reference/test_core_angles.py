@@ -22,7 +22,7 @@ class Given:
         mesh = planar_mesh(*MESHES["crown"]())
         t, rng = mesh.topology, np.random.default_rng(1)
         self.V, self.corner, self.n, self.sides, self.edges = mesh.V, t.corner, t.n, t.sides, t.edges
-        self.interior, self.mesh, self.rng = t.interior, mesh, rng
+        self.interior, self.mesh, self.rng = t.is_interior, mesh, rng
         alpha = np.arctan2(mesh.double_area, mesh.dot)
         alpha[:, ::7] *= rng.uniform(0.1, 1, (3, 1))
         self.alpha, self.w, self.cot = alpha, alpha**2, 1 / np.tan(alpha)

@@ -17,7 +17,7 @@ class Given:
         mesh = planar_mesh(*MESHES["crown"]())
         self.corner, self.n, rng = mesh.topology.corner, mesh.topology.n, np.random.default_rng(1)
         rest = RestTriangles.of(
-            self.corner, mesh.double_area, mesh.dot, Ragged.of_sizes([self.corner.shape[1]])
+            self.corner, mesh.double_area, mesh.dot, Ragged.from_sizes([self.corner.shape[1]])
         )
         self.gradient, self.share = rest.gradient, rest.share
         self.z, self.direction = rng.normal(size=(2, self.n, 2)) @ [1, 1j]

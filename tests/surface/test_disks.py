@@ -13,7 +13,7 @@ from bad_input import V as POINTS
 from conftest import bumps
 
 from igl_linabf import MeshError
-from igl_linabf.surface import planar_mesh, sound_disks
+from igl_linabf.surface import concatenate_sound_disks, planar_mesh
 
 Surface = tuple[np.ndarray, np.ndarray]
 
@@ -68,7 +68,7 @@ def test_valid_disks_in_a_batch_are_found_and_equal_their_single_meshes() -> Non
     given = meshes()
     assert len(given) > 20
     for chosen in (list(given), *([name, "bumps"] for name in given), *([name] for name in given)):
-        disks, places = sound_disks([given[name] for name in chosen])
+        disks, places = concatenate_sound_disks([given[name] for name in chosen])
         assert [chosen[i] for i in places] == [name for name in chosen if is_sound(*given[name])]
         assert (disks is None) == (not len(places))
         for k, i in enumerate(places.tolist()):

@@ -10,7 +10,7 @@ from bad_input import REFUSED
 from holed_surfaces import surface
 
 from igl_linabf import MeshError
-from igl_linabf.surface import Submesh, pins, planar_mesh
+from igl_linabf.surface import Submesh, planar_mesh, validate_pins
 
 
 @pytest.mark.filterwarnings("ignore:vertices 12 belong to no face")
@@ -19,7 +19,7 @@ def test_each_defect_is_rejected_with_its_location(name: str) -> None:
     V, F, pinned, says = REFUSED[name]
     with pytest.raises(MeshError, match=says) as caught:
         mesh = planar_mesh(V, F)
-        pins(*(pinned or (None, None)), mesh.vertices, mesh.n_given)
+        validate_pins(*(pinned or (None, None)), mesh.vertices, mesh.n_given)
     assert ": " in str(caught.value)  # a remedy follows the colon
 
 
@@ -78,5 +78,5 @@ def test_an_area_within_the_rounding_error_counts_as_zero(height: float, centre:
         with pytest.raises(MeshError, match=r"faces 0 have zero area \(face 0 has vertices \[0, 1, 2\]\)"):
             planar_mesh(V, [[0, 1, 2]])
     elif height > 10 * rounding:
-        double_area = Submesh.checked(V, [[0, 1, 2]]).measured[0]
+        double_area = Submesh.from_input(V, [[0, 1, 2]]).areas_and_products[0]
         assert double_area[0] == pytest.approx(height, abs=10 * rounding)

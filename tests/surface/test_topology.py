@@ -8,7 +8,7 @@ import pytest
 from conftest import load
 
 from igl_linabf import MeshError, flatten
-from igl_linabf.surface import build_topology, manifold_topology
+from igl_linabf.surface import build_manifold_topology, build_topology
 
 
 def torus(n: int = 8) -> tuple[np.ndarray, np.ndarray]:
@@ -22,7 +22,7 @@ def torus(n: int = 8) -> tuple[np.ndarray, np.ndarray]:
 def test_a_disk_and_a_torus_are_not_a_disk_although_their_characteristics_add_up_to_one() -> None:
     (V, F), (W, G) = load("bumps"), torus()
     both = np.concatenate((F, G + len(V)))
-    topology = manifold_topology(both, np.arange(len(V) + len(W)))
+    topology = build_manifold_topology(both, np.arange(len(V) + len(W)))
     assert (topology.characteristic, len(topology.loops)) == (1, 1)
     assert not topology.is_planar
     with pytest.raises(MeshError, match="components"):
@@ -33,7 +33,7 @@ def test_a_disk_and_a_torus_are_not_a_disk_although_their_characteristics_add_up
 def test_handles_are_counted_beside_boundary_loops(holes: int) -> None:
     V, F = torus(12)
     apart = [0, len(F) // 2 + 60][:holes]
-    topology = manifold_topology(np.delete(F, apart, axis=0), np.arange(len(V)))
+    topology = build_manifold_topology(np.delete(F, apart, axis=0), np.arange(len(V)))
     assert (topology.genus, len(topology.loops)) == (1, holes)
 
 
@@ -48,8 +48,8 @@ def test_the_outer_loop_has_the_most_edges() -> None:
     V, F = igl.triangulated_grid(12, 9)
     inside = (np.abs(V[F].mean(axis=1) - [0.5, 0.4]) < 0.12).all(axis=1)
     V, F = igl.remove_unreferenced(V, F[~inside])[:2]
-    topology = manifold_topology(F, np.arange(len(V)))
+    topology = build_manifold_topology(F, np.arange(len(V)))
     outer, hole = topology.loops
     assert len(outer) == 38 > len(hole)
     assert np.ptp(V[outer], axis=0) == pytest.approx([1, 1])
-    assert set(np.flatnonzero(~topology.interior)) == set(igl.boundary_facets(F)[0].ravel().tolist())
+    assert set(np.flatnonzero(~topology.is_interior)) == set(igl.boundary_facets(F)[0].ravel().tolist())

@@ -33,7 +33,7 @@ class DiskBlocks:
     @classmethod
     def from_disks(cls, constraints: Constraints, disks: Disks) -> DiskBlocks:
         """Return the matrix blocks of several disks: one row per interior vertex, in vertex order."""
-        before = np.concatenate(([0], np.cumsum(disks.topology.interior)))
+        before = np.concatenate(([0], np.cumsum(disks.topology.is_interior)))
         return cls(Ragged(before[disks.vertices.start]), disks.faces)
 
     def residuals(self, b: Residual) -> FloatArray:

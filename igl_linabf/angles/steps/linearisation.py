@@ -21,7 +21,7 @@ from ... import _core
 from ..._runtime import advance as report_progress
 from ..._runtime import time_stage
 from ..._types import BoolArray, FloatArray, IntArray, Solve
-from ...errors import FallbackWarning, SingularSystemError, some, stack_level
+from ...errors import FallbackWarning, SingularSystemError, first_few, stack_level
 from ...linalg import MAX_CG_STEPS, Analysis, Factor, NotPositiveDefiniteError, conjugate_gradients
 from ..system import (
     HolonomyConstraints,
@@ -274,7 +274,7 @@ def _singular_system_error(problem: AngleProblem, at: Iterate, vertices: BoolArr
     faces = np.flatnonzero(vertices[problem.constraints.topology.corner].any(axis=0))
     thin = faces[np.argsort(at.alpha[:, faces].min(axis=0), kind="stable")]
     return SingularSystemError(
-        f"the angle system is singular in double precision at faces {some(thin)} (the thinnest has an "
+        f"the angle system is singular in double precision at faces {first_few(thin)} (the thinnest has an "
         f"angle of {at.alpha[:, thin[0]].min():.1e} rad): remove degenerate faces, or cut the mesh"
     )
 

@@ -101,7 +101,7 @@ def compute_holonomy_residual(
     if not holes and not paths:
         none, nowhere = np.empty(0, dtype=np.complex128), np.empty(0, dtype=np.int64)
         return HolonomyResidual(none, nowhere, nowhere, none, np.empty((0, 2), dtype=bool))
-    loops = Ragged.of_sizes([len(loop) for loop in holes])
+    loops = Ragged.from_sizes([len(loop) for loop in holes])
     site = np.concatenate((*holes, topology.n + np.arange(len(paths))))
     gap, q = _core.loop_gaps(site[: loops.start[-1]], loops.start, turning, log_ratio)
     constrained = np.ones((len(holes) + len(paths), 2), dtype=bool)
@@ -251,7 +251,7 @@ def build_constraints(
         On a closed surface, the vertex whose rows are omitted; by default the vertex of largest curvature.
     """
     if sums is None and not paths:
-        return topology.once("constraints", partial(_make_constraints, topology))
+        return topology.compute_once("constraints", partial(_make_constraints, topology))
     return _make_constraints(topology, sums, paths, circles, left_out)
 
 
@@ -262,7 +262,7 @@ def _make_constraints(
     circles: Sequence[int] = (),
     ground: int | None = None,
 ) -> Constraints:
-    inside = topology.interior
+    inside = topology.is_interior
     sums = np.full(topology.n, np.nan) if sums is None else sums
     sums = np.where(inside & np.isnan(sums), 2 * np.pi, sums)
     given = ~np.isnan(sums)

@@ -10,10 +10,10 @@ import numpy as np
 from ..._notebook import html_row, html_table, map_svg
 from ..._runtime import align_columns
 from ..._types import FloatArray, IntArray
-from ...errors import format_count, some
+from ...errors import first_few, format_count
 from ...flattening import Flattening
 from ...measures import Quality, format_pair_count
-from ...surface import Repair, Triangles, complex_positions, distinct_corners, signed_double_areas
+from ...surface import Repair, Triangles, complex_positions, has_distinct_corners, signed_double_areas
 from ..cost import AtlasCost
 
 MAX_LISTED_CHARTS = 20  # maximum number of charts in the table that a notebook shows
@@ -217,7 +217,7 @@ class Atlas:
             flipped[chart.faces[chart.result.flipped]] = True
         clockwise = signed_double_areas(complex_positions(self.TC), F.T) < 0
         drawn = np.where((clockwise & ~flipped)[:, None], F[:, ::-1], F)
-        return np.asarray(drawn[distinct_corners(drawn)])
+        return np.asarray(drawn[has_distinct_corners(drawn)])
 
     @property
     def good(self) -> bool:
@@ -240,12 +240,12 @@ class Atlas:
             stretched = not chart.quality.stretch_l2 <= most
             if chart.result.outcome.good and not chart.overlapping and not stretched:
                 continue
-            where = f"chart {i} (faces {some(chart.faces)})"
+            where = f"chart {i} (faces {first_few(chart.faces)})"
             if chart.overlapping and not len(chart.result.flipped):
                 pairs = f"{format_pair_count(chart.overlapping)} pair{'s' * (chart.overlapping > 1)} of faces"
                 said.append(f"{where} lies over itself in {pairs}: {more or 'give more seams there'}")
             elif not chart.result.outcome.good:
-                flipped = some(chart.faces[chart.result.flipped])
+                flipped = first_few(chart.faces[chart.result.flipped])
                 help_ = more or "give more seams there, or a larger trade"
                 said.append(f"{where} has flipped faces, {flipped}: {help_}")
             else:
@@ -262,15 +262,15 @@ class Atlas:
         collapsed = self.quality.flips - sum(len(chart.result.flipped) for chart in self.charts)
         if collapsed > 0:
             said.append(
-                f"faces {some(self._find_smallest_faces(collapsed))} are so small relative to the others "
-                "that double precision cannot represent them on the same page: unwrap them separately"
+                f"faces {first_few(self._find_smallest_faces(collapsed))} are so small relative to the "
+                "others that double precision cannot represent them on the same page: unwrap them separately"
             )
         return said + list_unmet_bounds(self)
 
     def _find_smallest_faces(self, number: int) -> IntArray:
         """Return the `number` smallest faces of the map, ignoring faces that repeat a corner."""
         F = self.triangles
-        rows = np.flatnonzero(distinct_corners(F))
+        rows = np.flatnonzero(has_distinct_corners(F))
         area = np.abs(signed_double_areas(complex_positions(self.TC), F[rows].T))
         smallest = rows[np.argsort(area)[:number]]
         return np.unique(smallest if self.report.split is None else self.report.split.face[smallest])

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..._types import BoolArray, IntArray
 from ...measures import Quality, QualityReport
-from ...surface import Cleaned, seam_mask, times_power_of_two
+from ...surface import Cleaned, multiply_by_power_of_two, seam_mask
 from .atlas import Atlas, AtlasReport
 
 NO_QUALITY = Quality(  # quality of an empty mesh
@@ -36,11 +36,11 @@ def convert_to_given_mesh(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
         chart=chart,
         origin=cleaned.origin[atlas.origin],
         seams=cleaned.origin[atlas.seams],
-        seam_length=times_power_of_two(atlas.seam_length, -cleaned.power),
+        seam_length=multiply_by_power_of_two(atlas.seam_length, -cleaned.power),
         report=replace(
             atlas.report,
             given_seams=cleaned.origin[atlas.report.given_seams],
-            scale=times_power_of_two(atlas.report.scale, cleaned.power),
+            scale=multiply_by_power_of_two(atlas.report.scale, cleaned.power),
             cones=cleaned.origin[atlas.report.cones],
             repairs=cleaned.repairs,
         ),

@@ -14,7 +14,7 @@ import numpy as np
 from ..._core import side_products
 from ..._runtime import advance
 from ..._types import FloatArray
-from ...errors import MeshError, format_count, some
+from ...errors import MeshError, first_few, format_count
 from ...flattening import Flattening, Hole, Method, Outcome
 from ...surface import (
     NEXT,
@@ -22,8 +22,8 @@ from ...surface import (
     Submesh,
     build_planar_mesh,
     complex_positions,
-    coordinates,
     normalize_placement,
+    real_coordinates,
 )
 
 MIN_LONE_HEIGHT = 1e-6  # minimum ratio of height to longest side of a single triangle that is mapped
@@ -76,7 +76,7 @@ def flatten_piece(piece: Submesh, method: Method) -> Flattening:
     start, topology = perf_counter(), piece.topology
     if topology.genus or not topology.loops:
         what = f"has {format_count(topology.genus, 'handle')}" if topology.loops else "is closed"
-        which = f"the chart of faces {some(piece.faces)} {what}"
+        which = f"the chart of faces {first_few(piece.faces)} {what}"
         raise MeshError(
             f"{which}: give more seams, or charts=ChartOptions(extend=True), which finds the remaining ones"
         )
@@ -97,8 +97,10 @@ def restrict_uv(uv: FloatArray, piece: Submesh, part: Submesh) -> FloatArray:
 
 def scale_to_surface(uv: FloatArray, piece: Submesh) -> FloatArray:
     """Scale the map of a piece to the piece's area, centre it, and rotate it to its standard orientation."""
-    z = normalize_placement(piece.topology, complex_positions(uv), float(piece.measured[0].sum()) / 2)
-    return coordinates(z)
+    z = normalize_placement(
+        piece.topology, complex_positions(uv), float(piece.areas_and_products[0].sum()) / 2
+    )
+    return real_coordinates(z)
 
 
 def restrict_flattening(result: Flattening, piece: Submesh, part: Submesh, uv: FloatArray) -> Flattening:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..._types import BoolArray
-from ...errors import MeshError, some
+from ...errors import MeshError, first_few
 from ...surface import Cleaned, Polygons, Repair, Submesh, Triangles, seam_mask, vertex_array
 from .atlas import Atlas
 
@@ -29,10 +29,10 @@ def split_polygons(V: ArrayLike, F: ArrayLike) -> Triangles | None:
         or (array.ndim != 2 and array.dtype != object)
     ):
         return None  # a later check reports invalid arrays
-    polygons = Polygons.of(F)
+    polygons = Polygons.from_faces(F)
     positions = vertex_array(V)
-    polygons.check(len(positions))
-    return polygons.split(positions)
+    polygons.check_vertices(len(positions))
+    return polygons.triangulate(positions)
 
 
 def convert_seams_to_triangles(seams: ArrayLike, split: Triangles, n: int) -> BoolArray:
@@ -65,12 +65,12 @@ def convert_seams_to_triangles(seams: ArrayLike, split: Triangles, n: int) -> Bo
         return np.asarray(array.ravel()[split.place] & ~split.inner)
     mask = seam_mask(array, split.F, n)
     pairs = np.sort(array.reshape(-1, 2).astype(np.int64), axis=1)
-    ends = np.sort(np.column_stack((polygons.corners, polygons.corners[polygons.following])), axis=1)
+    ends = np.sort(np.column_stack((polygons.corners, polygons.corners[polygons.next_corner])), axis=1)
     bad = np.flatnonzero(~np.isin(pairs @ [n, 1], ends @ [n, 1]))
     if len(bad):
         raise MeshError(
-            f"seam edges {some(bad)} are diagonals of polygons (edge {bad[0]} is {pairs[bad[0]].tolist()}): "
-            "give edges of the polygons"
+            f"seam edges {first_few(bad)} are diagonals of polygons (edge {bad[0]} is "
+            f"{pairs[bad[0]].tolist()}): give edges of the polygons"
         )
     return np.asarray(mask & ~split.inner)
 
@@ -94,7 +94,7 @@ def convert_to_polygons(atlas: Atlas, split: Triangles) -> Atlas:
     first = np.searchsorted(split.face, np.arange(len(split.polygons)))
     return replace(
         atlas,
-        FTC=split.polygons.shape(split.at_corners(atlas.FTC)),
+        FTC=split.polygons.reshape_like_faces(split.convert_to_polygon_corners(atlas.FTC)),
         chart=atlas.chart[first],
         charts=tuple(replace(chart, faces=split.face[chart.faces]) for chart in atlas.charts),
         report=replace(atlas.report, split=split),

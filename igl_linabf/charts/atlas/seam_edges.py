@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..._types import BoolArray, FloatArray, IntArray
-from ...errors import MeshError, some
+from ...errors import MeshError, first_few
 from ...surface import NEXT, PREV, Polygons, Ragged, Submesh, Topology, merge_coincident, vertex_array
 from ..features import CreasedSurface
 
@@ -75,17 +75,17 @@ def texture_seams(
     array([[False,  True, False],
            [ True, False, False]])
     """
-    polygons = Polygons.of(F)
-    texture = polygons.texture_of(FTC)
-    bad = np.unique(polygons.owner[texture.corners < 0])
+    polygons = Polygons.from_faces(F)
+    texture = polygons.parse_texture_indices(FTC)
+    bad = np.unique(polygons.polygon_of_corner[texture.corners < 0])
     if len(bad):
-        raise MeshError(f"faces {some(bad)} have corners without texture in FTC: give them coordinates")
+        raise MeshError(f"faces {first_few(bad)} have corners without texture in FTC: give them coordinates")
     positions = None if V is None else vertex_array(V)
-    polygons.check(int(polygons.corners.max()) + 1 if positions is None else len(positions))
+    polygons.check_vertices(int(polygons.corners.max()) + 1 if positions is None else len(positions))
     points = None if TC is None else vertex_array(TC, 2, "TC")
-    if points is not None and len(bad := texture.outside(len(points))):
+    if points is not None and len(bad := texture.find_out_of_range(len(points))):
         raise MeshError(
-            f"faces {some(bad)} refer to texture coordinates outside 0..{len(points) - 1}: "
+            f"faces {first_few(bad)} refer to texture coordinates outside 0..{len(points) - 1}: "
             "correct FTC or complete TC"
         )
     turns = np.zeros(len(polygons), dtype=np.int64) if points is None else _find_orientations(texture, points)
@@ -93,8 +93,8 @@ def texture_seams(
         polygons, _number_corners(polygons, positions), _number_corners(texture, points), turns
     )
     if sides:
-        return polygons.shape(mask)
-    pairs = np.column_stack((polygons.corners, polygons.corners[polygons.following]))[mask]
+        return polygons.reshape_like_faces(mask)
+    pairs = np.column_stack((polygons.corners, polygons.corners[polygons.next_corner]))[mask]
     return np.unique(np.sort(pairs, axis=1), axis=0)
 
 
@@ -108,9 +108,9 @@ def _number_corners(faces: Polygons, points: FloatArray | None) -> IntArray:
 def _find_orientations(texture: Polygons, points: FloatArray) -> IntArray:
     """Return the orientation of each face in the map: 1, -1, or 0 if its area is within rounding error."""
     uv = points[texture.corners]
-    uv = uv - uv[texture.starts][texture.owner]
-    beside = uv[texture.following]
-    rows = Ragged.of_sizes(texture.sizes)
+    uv = uv - uv[texture.starts][texture.polygon_of_corner]
+    beside = uv[texture.next_corner]
+    rows = Ragged.from_sizes(texture.sizes)
     area = rows.sum(uv[:, 0] * beside[:, 1] - uv[:, 1] * beside[:, 0])
     size = rows.max(np.abs(uv).max(axis=1))
     turns = np.abs(area) > MIN_TURNING_AREA * size * np.abs(points).max(initial=0)
@@ -124,13 +124,13 @@ def _find_seam_sides(polygons: Polygons, a: IntArray, s: IntArray, turns: IntArr
     side of the edge in the map. `a` and `s` number the vertices and the texture coordinates at the corners.
     `turns` is the orientation of each face in the map: 1, -1, or 0 without area.
     """
-    b, t = a[polygons.following], s[polygons.following]
+    b, t = a[polygons.next_corner], s[polygons.next_corner]
     forth = a < b
     side = np.column_stack([np.where(forth, *pair) for pair in ((a, b), (b, a), (s, t), (t, s))])
-    beyond = np.where(forth, 1, -1) * turns[polygons.owner]
+    beyond = np.where(forth, 1, -1) * turns[polygons.polygon_of_corner]
     # faces with fewer than three distinct sides are degenerate
-    proper = np.bincount(polygons.owner[a != b], minlength=len(polygons)) > 2
-    rows = np.flatnonzero((a != b) & proper[polygons.owner])
+    proper = np.bincount(polygons.polygon_of_corner[a != b], minlength=len(polygons)) > 2
+    rows = np.flatnonzero((a != b) & proper[polygons.polygon_of_corner])
 
     def group(columns: int) -> IntArray:
         return np.unique(side[rows, :columns], axis=0, return_inverse=True)[1].ravel()
@@ -163,10 +163,10 @@ def find_texture_seam_rows(topology: Topology, texture: IntArray) -> IntArray:
 
     `texture` has the index of the texture coordinates at each corner, (#F, 3).
     """
-    first, second = topology.sides_inside
+    first, second = topology.interior_edge_sides
     corner = np.ascontiguousarray(texture.T)
     start, end = corner[NEXT].ravel(), corner[PREV].ravel()  # indices at both ends of each half-edge
-    return np.asarray(topology.inside[(start[first] != end[second]) | (end[first] != start[second])])
+    return np.asarray(topology.interior_edges[(start[first] != end[second]) | (end[first] != start[second])])
 
 
 def find_seam_prices(creased: CreasedSurface, texture: IntArray) -> tuple[IntArray, FloatArray]:
@@ -175,7 +175,7 @@ def find_seam_prices(creased: CreasedSurface, texture: IntArray) -> tuple[IntArr
     `texture` has the index of the texture coordinates at each corner, (#F, 3).
     """
     topology = creased.surface.topology
-    rows = np.searchsorted(topology.inside, find_texture_seam_rows(topology, texture))
+    rows = np.searchsorted(topology.interior_edges, find_texture_seam_rows(topology, texture))
     return rows, creased.price[rows]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..._runtime import advance, progress_part
 from ..._types import FloatArray, IntArray
 from ...angles import HolonomyAngles
-from ...errors import MeshError, SingularSystemError, some
+from ...errors import MeshError, SingularSystemError, first_few
 from ...flattening import (
     DivergedError,
     Flattening,
@@ -21,7 +21,7 @@ from ...flattening import (
     flatten_with_cones,
     report_overlaps,
 )
-from ...measures import measure_quality, overlapping_pairs_of_chart
+from ...measures import find_overlapping_pairs_of_chart, measure_quality
 from ...surface import Cleaned, Submesh, build_planar_mesh, check_finite
 from ..atlas import Chart, restrict_flattening, restrict_uv
 from ..constants import MAX_OVERLAP_ROUNDS
@@ -74,7 +74,7 @@ class SurfaceCones:
         given = given.astype(np.int64)
         outside = (given < 0) | (given >= len(cleaned.merged))
         if outside.any():
-            raise MeshError(f"cones {some(given[outside])} are not within 0..{len(cleaned.merged) - 1}")
+            raise MeshError(f"cones {first_few(given[outside])} are not within 0..{len(cleaned.merged) - 1}")
         cone, vertex = _find_vertices(given, surface, cleaned)
         if angles is None or isinstance(angles, str):
             return cls(vertex, None if angles is None else "quarter")
@@ -119,7 +119,7 @@ class ComponentCones:
 
 def _list_angle_sums(chosen: ComponentCones) -> FloatArray:
     """Return the angle sum at each vertex of the component, radians; NaN at the boundary."""
-    sums = np.where(chosen.place.component.topology.interior, 2 * np.pi, np.nan)
+    sums = np.where(chosen.place.component.topology.is_interior, 2 * np.pi, np.nan)
     sums[chosen.own] = chosen.sums
     return sums
 
@@ -131,18 +131,22 @@ def _find_vertices(given: IntArray, surface: Submesh, cleaned: Cleaned) -> tuple
     wanted = cleaned.merged[given]
     first, end = (np.searchsorted(own[order], wanted, side) for side in ("left", "right"))
     if (first == end).any():
-        raise MeshError(f"cones {some(given[first == end])} belong to no face: give vertices of the surface")
+        raise MeshError(
+            f"cones {first_few(given[first == end])} belong to no face: give vertices of the surface"
+        )
     cone = np.repeat(np.arange(len(given)), end - first)
     at = np.concatenate(
         [order[a:b] for a, b in zip(first.tolist(), end.tolist(), strict=True)] or [order[:0]]
     )
     if len(np.unique(at)) < len(at):
         number = np.bincount(at)
-        raise MeshError(f"cones {some(given[cone[number[at] > 1]])} are the same vertices: give each once")
-    rim = ~surface.topology.interior[at]
+        raise MeshError(
+            f"cones {first_few(given[cone[number[at] > 1]])} are the same vertices: give each once"
+        )
+    rim = ~surface.topology.is_interior[at]
     if rim.any():
         raise MeshError(
-            f"cones {some(given[cone[rim]])} are on the boundary, whose angles are free: "
+            f"cones {first_few(given[cone[rim]])} are on the boundary, whose angles are free: "
             "give interior vertices"
         )
     return cone, surface.vertices[at]
@@ -173,7 +177,7 @@ def make_charts_with_cones(
 
     `ends` has the progress, from 0 to 1, after all cones are placed and after all charts are flat.
     """
-    components = surface.components()
+    components = surface.split_components()
     with progress_part("cones", ends[0]):
         placed = [cones.place_on(component) for component in components]
     charts: list[tuple[Chart, Submesh]] = []
@@ -196,7 +200,7 @@ def _flatten_component(
     start, place = perf_counter(), chosen.place
     component, piece = place.component, place.piece
     seam = find_seam(piece, piece.node[chosen.own], place.handle_cut_graph)
-    (cut,) = component.cut_at(component.cuttable_edges[seam])
+    (cut,) = component.cut_at_edges(component.cuttable_edges[seam])
     advance("seams", 0.2)
     mesh = replace(build_planar_mesh(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
     paths, angles = place.paths, chosen.sums
@@ -240,8 +244,8 @@ def _describe_failure(chosen: ComponentCones, quarter: bool, why: str) -> str:
     """Return the error message for a component on which no map with the requested cones was found."""
     other = "leave out angles='quarter'" if quarter else "cut along seams instead"
     return (
-        f"no map with the {len(chosen.own)} cones {some(chosen.place.component.vertices[chosen.own])} was "
-        f"found: give more cones, or {other} ({why})"
+        f"no map with the {len(chosen.own)} cones {first_few(chosen.place.component.vertices[chosen.own])} "
+        f"was found: give more cones, or {other} ({why})"
     )
 
 
@@ -264,7 +268,7 @@ def _split_overlaps(cut: Submesh, result: Flattening) -> list[tuple[Chart, Subme
     waiting = [(cut, result, 0)]
     while waiting:
         piece, made, splits = waiting.pop()
-        pairs = overlapping_pairs_of_chart(piece.topology, made.uv)
+        pairs = find_overlapping_pairs_of_chart(piece.topology, made.uv)
         if len(pairs) and splits < MAX_OVERLAP_ROUNDS:
             parts = piece.cut_along(find_overlap_seams([piece], piece.faces[pairs]))
             if len(parts) > 1:

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...errors import format_count, is_number, some
+from ...errors import first_few, format_count, is_number
 
 GivenCones = Literal["auto"] | ArrayLike
 ConeAngles = Literal["quarter"] | ArrayLike | None
@@ -95,6 +95,6 @@ def _check_sums(angles: ArrayLike, n: int) -> None:
     bad = np.flatnonzero(~(np.isfinite(sums) & (sums > 0)))
     if len(bad):
         raise ValueError(
-            f"angles {some(bad)} of cones are not positive (the first: {sums[bad[0]]:g}): an angle sum is "
-            "above zero; a cone of curvature k has 2 pi - k"
+            f"angles {first_few(bad)} of cones are not positive (the first: {sums[bad[0]]:g}): an angle sum "
+            "is above zero; a cone of curvature k has 2 pi - k"
         )

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..._runtime import advance
 from ..._types import BoolArray, FloatArray, IntArray
 from ...angles import ClosedPath
-from ...errors import MeshError, format_count, is_number, some
+from ...errors import MeshError, first_few, format_count, is_number
 from ...surface import Submesh
 from ..cut_graphs import ClosedSurface
 from .constants import CONES_PER_STRETCH, MAX_QUARTERS, QUARTER_TURN
@@ -84,10 +84,10 @@ def find_cones(
     """
     if n is not None and not is_number(n, 0, whole=True):
         raise ValueError(f"n is {n!r}: give a whole number of cones, or None for as many as pay")
-    surface = Submesh.checked_manifold(V, F)
+    surface = Submesh.manifold_from_input(V, F)
     found = [
         component.vertices[find_cones_on_component(ConeComponent(component), n, cones_per_stretch)]
-        for component in surface.components()
+        for component in surface.split_components()
     ]
     return np.concatenate(found)
 
@@ -117,7 +117,7 @@ class ConeComponent:
     @cached_property
     def inner(self) -> IntArray:
         """The interior vertices, in the order of the nodes after the holes."""
-        return np.flatnonzero(self.component.topology.interior)
+        return np.flatnonzero(self.component.topology.is_interior)
 
     @cached_property
     def valence(self) -> IntArray:
@@ -156,7 +156,7 @@ def find_cones_on_component(place: ConeComponent, n: int | None, cones_per_stret
     """Find cones on a component, and return them as vertices of the component."""
     if not is_number(cones_per_stretch, 0, above=True):
         raise ValueError(f"cones_per_stretch is {cones_per_stretch!r}: use a positive number of cones")
-    where = f"the component of faces {some(place.component.faces)}"
+    where = f"the component of faces {first_few(place.component.faces)}"
     if n is not None and (n < place.min_cones or (n == 1 and place.closed_curvature == 0)):
         chi = place.component.topology.characteristic
         least, cones = max(place.min_cones, 2), "1 cone is" if n == 1 else f"{n} cones are"
@@ -220,7 +220,7 @@ def _describe_too_few(place: ConeComponent, scale: ConeScale, beyond: int, enoug
     help_ = "cut along seams instead: leave out cones" if enough is None else f"give at least {enough}"
     return (
         f"{format_count(len(scale.nodes), 'cone')} {'is' if len(scale.nodes) == 1 else 'are'} too few "
-        f"for the component of faces {some(place.component.faces)}, of "
+        f"for the component of faces {first_few(place.component.faces)}, of "
         f"Euler characteristic {place.component.topology.characteristic}: the angle sum at vertex {vertex} "
         f"would be {angle:.4g} rad, and must be within 0 and {around} pi = {np.pi * around:.4g}: {help_}"
     )
@@ -330,7 +330,7 @@ def choose_cone_angles(
         if total is not None and not abs((2 * np.pi - angle).sum() - total) < 1e-6:
             right = 2 * np.pi * len(cones) - total
             raise MeshError(
-                f"the angles of cones at vertices {some(names)} sum to {angle.sum():.6g} rad; on a "
+                f"the angles of cones at vertices {first_few(names)} sum to {angle.sum():.6g} rad; on a "
                 f"closed surface of Euler characteristic {component.topology.characteristic}, "
                 f"those of {format_count(len(cones), 'cone')} have to sum to {right:.6g} (Gauss-Bonnet): "
                 f"change them by {right - angle.sum():+.6g} in all"
@@ -339,10 +339,10 @@ def choose_cone_angles(
     else:
         needed = place.min_cones
         if len(cones) < needed or (total == 0 and len(cones) == 1):
-            given = f"{len(cones)} cones ({some(names)}) are" if len(cones) else "no cones are"
+            given = f"{len(cones)} cones ({first_few(names)}) are" if len(cones) else "no cones are"
             raise MeshError(
                 f"{given} too few for the component of faces "
-                f"{some(component.faces)}, which is closed, of Euler characteristic "
+                f"{first_few(component.faces)}, which is closed, of Euler characteristic "
                 f"{component.topology.characteristic}: give at least {max(needed, 2)}"
             )
         if not len(cones):
@@ -360,7 +360,7 @@ def choose_cone_angles(
         raise MeshError(
             f"the angle sum of {len(bad)} of {len(cones)} cones is outside of what triangles can have: at "
             f"vertex {names[i]} it {given} {angle[i]:.4g} rad, and must be within 0 and {around[i]} pi = "
-            f"{np.pi * around[i]:.4g}: give more cones near vertices {some(names[bad])}, or {other} "
+            f"{np.pi * around[i]:.4g}: give more cones near vertices {first_few(names[bad])}, or {other} "
             "angles"
         )
     return np.asarray(angle), scale, quarters

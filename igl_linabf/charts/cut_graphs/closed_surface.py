@@ -69,10 +69,10 @@ class ClosedSurface:
             node[loop] = i
         n = holes + int(np.count_nonzero(node < 0))
         node[node < 0] = np.arange(holes, n)
-        cell, inside = component.polygon_labels, topology.inside
+        cell, inside = component.polygon_labels, topology.interior_edges
         taken = np.searchsorted(inside, component.cuttable_edges)
         edges, beside = creased.ends[taken], cell[creased.faces[taken]]
-        double_area, dot = component.measured
+        double_area, dot = component.areas_and_products
         vertex = np.empty(n, dtype=np.int64)
         vertex[node] = np.arange(len(V))
         cotangent = topology.sum_at_edges(dot / double_area)[inside] / 2
@@ -85,7 +85,7 @@ class ClosedSurface:
             hiding=creased.hiding[taken],
             curvature=np.asarray(2 * np.pi - np.bincount(node, component.angle_sums, n)),
             area=sum_by_index(node[topology.corner].ravel(), np.tile(double_area / 6, 3), n),
-            laplacian=SurfaceLaplacian(n, node[topology.edges_inside], cotangent, weight),
+            laplacian=SurfaceLaplacian(n, node[topology.interior_edge_ends], cotangent, weight),
             size=float(np.sqrt(double_area.sum() / 2)),
             isometric=isometric,
         )

@@ -45,7 +45,7 @@ class CreasedSurface:
     @property
     def label(self) -> IntArray:
         """The number of the connected component to which each face belongs."""
-        return self.surface.label
+        return self.surface.component_of_face
 
     @cached_property
     def extent(self) -> FloatArray:
@@ -55,17 +55,17 @@ class CreasedSurface:
     @property
     def inside(self) -> IntArray:
         """The inner edges (with two faces), as rows of the topology's edges, (#E,)."""
-        return self.surface.topology.inside
+        return self.surface.topology.interior_edges
 
     @property
     def faces(self) -> IntArray:
         """The two faces of each inner edge, (#E, 2)."""
-        return self.surface.topology.faces_inside
+        return self.surface.topology.interior_edge_faces
 
     @property
     def ends(self) -> IntArray:
         """The vertices of each inner edge, (#E, 2)."""
-        return self.surface.topology.edges_inside
+        return self.surface.topology.interior_edge_ends
 
     def sides(self, rows: IntArray | BoolArray) -> tuple[IntArray, IntArray]:
         """Return the corners at both ends of the inner edges `rows`, (2, #E), in the first and second face.
@@ -93,7 +93,7 @@ class CreasedSurface:
 
     def find_rows(self, piece: Submesh) -> IntArray:
         """Return the inner edges of a piece of the surface as rows of `inside`."""
-        corner, face = np.divmod(piece.topology.sides[0, piece.topology.inside], len(piece.F))
+        corner, face = np.divmod(piece.topology.sides[0, piece.topology.interior_edges], len(piece.F))
         own = np.searchsorted(self.surface.faces, piece.faces[face])
         return np.asarray(self._row_of_side[corner * len(self.surface.F) + own])
 
@@ -158,7 +158,7 @@ class CreasedSurface:
         if not loops:
             return np.zeros(0, dtype=np.int64)
         turning = np.pi - self.surface.angle_sums[np.concatenate(loops)]
-        turns = Ragged.of_sizes(list(map(len, loops))).sum(turning)
+        turns = Ragged.from_sizes(list(map(len, loops))).sum(turning)
         flat = np.flatnonzero(np.abs(turns + 2 * np.pi) < FLAT_HOLE_TURN)
         return flat if len(flat) <= MAX_FLAT_HOLES else flat[:0]
 
@@ -199,7 +199,7 @@ class CreasedSurface:
     def in_large_plane(self) -> BoolArray:
         """Mask of the faces in large planes, which are larger than all smoothly adjacent planes."""
         number = int(self.plane.max()) + 1
-        area, whole = sum_by_index(self.plane, self.surface.measured[0], number), np.empty(number)
+        area, whole = sum_by_index(self.plane, self.surface.areas_and_products[0], number), np.empty(number)
         whole[self.plane] = self.double_area[self.label]
         pairs = self.plane[self.faces[~self.sharp]]
         pairs, beside = pairs[pairs[:, 0] != pairs[:, 1]], np.zeros(number)
@@ -225,7 +225,7 @@ class CreasedSurface:
     def has_narrow_fillets(self) -> BoolArray:
         """Mask of the components whose large planes are larger than the fillets and chamfers around them."""
         planes, near = (
-            sum_by_index(self.label, mask * self.surface.measured[0], len(self.extent))
+            sum_by_index(self.label, mask * self.surface.areas_and_products[0], len(self.extent))
             for mask in (self.in_large_plane, self.nearest_plane >= 0)
         )
         return np.asarray(2 * planes > near)
@@ -234,7 +234,7 @@ class CreasedSurface:
     def _plane_normals(self) -> FloatArray:
         """The mean normal of each plane."""
         normal, number = normals(self.surface.V, self.surface.topology.corner), int(self.plane.max()) + 1
-        double_area = self.surface.measured[0]
+        double_area = self.surface.areas_and_products[0]
         summed = np.stack([sum_by_index(self.plane, double_area * x, number) for x in normal.T], axis=1)
         return np.asarray(summed / np.maximum(np.linalg.norm(summed, axis=1), np.finfo(float).tiny)[:, None])
 
@@ -251,7 +251,7 @@ class CreasedSurface:
     @cached_property
     def in_one_plane(self) -> BoolArray:
         """Mask of the inner edges whose two faces are coplanar up to rounding of the coordinates."""
-        double_area, dot = self.surface.measured
+        double_area, dot = self.surface.areas_and_products
         height = double_area / np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
         noise = constants.COORDINATE_NOISE * self.edge_extent / np.minimum(*height[self.faces.T])
         most = np.minimum(np.maximum(PLANE_BEND, 4 * noise), constants.MAX_BEND_ROUNDING)
@@ -302,7 +302,7 @@ class CreasedSurface:
     @cached_property
     def double_area(self) -> FloatArray:
         """Twice the area of each component."""
-        return sum_by_index(self.label, self.surface.measured[0], len(self.extent))
+        return sum_by_index(self.label, self.surface.areas_and_products[0], len(self.extent))
 
     @cached_property
     def flat_share(self) -> FloatArray:
@@ -335,7 +335,7 @@ class CreasedSurface:
         """
         surface, everywhere = self.surface, np.ones(len(self.surface.V), dtype=bool)
         gain = self.sum_per_component(everywhere, (self.curvature / (2 * np.pi)) ** 2)
-        double_area, dot = surface.measured
+        double_area, dot = surface.areas_and_products
         needle = double_area <= MIN_CHART_HEIGHT * (dot[NEXT] + dot[PREV]).max(axis=0)
         may = (self.n_loops != 1) | (gain == 0) | (gain > MIN_DISK_CURVATURE)
         may &= np.bincount(self.label[needle], minlength=len(self.extent)) == 0

@@ -51,7 +51,7 @@ def mean_curvature(
     component: Submesh, edges: IntArray, length: FloatArray, bend: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return twice the mean curvature, integrated around each vertex, and the area around each vertex."""
-    half, corner, double_area = bend * length / 2, component.F.T.ravel(), component.measured[0]
+    half, corner, double_area = bend * length / 2, component.F.T.ravel(), component.areas_and_products[0]
     turned = sum_by_index(edges.T.ravel(), np.tile(half, 2), len(component.V))
     return turned, sum_by_index(corner, np.tile(double_area / 6, 3), len(component.V))
 
@@ -73,7 +73,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
     `size` is the extent of the component of each face, (#F,), if there are several components.
     """
     V, F, topology = component.V, component.F, component.topology
-    double_area, dot = component.measured
+    double_area, dot = component.areas_and_products
     normal = normals(V, topology.corner)
     squared_side = dot[NEXT] + dot[PREV]  # squared length of the side opposite to each corner
     least = MIN_SURE_HEIGHT * constants.COORDINATE_NOISE * (extent(V) if size is None else size)
@@ -81,7 +81,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
     if unsure.any():
         m = len(F)
         twin = np.full(3 * m, -1)
-        first, second = topology.sides_inside
+        first, second = topology.interior_edge_sides
         twin[first], twin[second] = second, first
         rows = np.flatnonzero(unsure)
         across = twin[squared_side[:, rows].argmax(axis=0) * m + rows]
@@ -97,7 +97,9 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
 def dihedral_angles(component: Submesh, size: FloatArray | None = None) -> FloatArray:
     """Return the angle between the `face_normals` at each inner edge; negative at concave edges."""
     topology = component.topology
-    return dihedrals(component.V, topology.corner, topology.sides_inside, face_normals(component, size))
+    return dihedrals(
+        component.V, topology.corner, topology.interior_edge_sides, face_normals(component, size)
+    )
 
 
 def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
@@ -114,10 +116,10 @@ def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
 def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) -> FloatArray:
     """Return the `flat_share` of each component; `of` is the component of each face."""
     topology, m, number = surface.topology, len(surface.F), int(of.max()) + 1
-    sides = topology.faces_inside.T
-    double_area = surface.measured[0]
+    sides = topology.interior_edge_faces.T
+    double_area = surface.areas_and_products[0]
     total = sum_by_index(of, double_area, number)
-    length = lengths(surface.V, topology.edges_inside)
+    length = lengths(surface.V, topology.interior_edge_ends)
     size = component_extents(surface, of)[of] if number > 1 else np.broadcast_to(extent(surface.V), m)
     if bend is None:
         bend = dihedral_angles(surface, size if number > 1 else None)
@@ -149,7 +151,7 @@ def _find_facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: Floa
     `bend` the dihedral angle at each inner edge, and `size` the extent of the component of each face.
     """
     m, n = len(surface.F), len(surface.V)
-    double_area, dot = surface.measured
+    double_area, dot = surface.areas_and_products
     height = double_area / np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
     noise = constants.COORDINATE_NOISE * size[sides[0]] / np.minimum(*height[sides])
     in_plane = bend <= np.minimum(BEND_ROUNDING + 4 * noise, constants.MAX_BEND_ROUNDING)

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from ..._core import lengths
 from ..._types import FloatArray, IntArray
-from ...errors import MeshError, MeshWarning, some, stack_level
+from ...errors import MeshError, MeshWarning, first_few, stack_level
 from ...surface import Submesh, sum_by_index
 from . import constants
 from .curvature import Smoothing, dihedral_angles, flat_share, mean_curvature
@@ -59,7 +59,7 @@ def hiding_weights(surface: Submesh, hide: Hiding | None, face: IntArray) -> Flo
         )
     bad = np.flatnonzero(~np.isfinite(given))
     if len(bad):
-        raise MeshError(f"hide is NaN or infinite at {some(bad)}: give finite numbers")
+        raise MeshError(f"hide is NaN or infinite at {first_few(bad)}: give finite numbers")
     if given.shape == (3,):
         made = np.zeros(len(face))
         made[surface.faces] = _measure_facing(surface, given)
@@ -73,7 +73,7 @@ def _find_backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
     if hide != "back":
         raise MeshError(f'hide is {hide!r}: pass "back", a direction, (3,), or a weight a face')
     made, as_hidden = np.zeros(n_faces), np.log(HIDING_ON_BACK) / np.log(HIDING)
-    for part in surface.components():
+    for part in surface.split_components():
         if len(part.F) >= MIN_BODY_SHARE * len(surface.F):
             made[part.faces] = as_hidden * _measure_facing_away(part)
     if not made.any():
@@ -93,7 +93,10 @@ def _measure_facing_away(component: Submesh) -> FloatArray:
     bend = dihedral_angles(component)
     if flat_share(component, bend) > constants.PLANAR_SHARE:
         return nowhere
-    double_area, salience = component.measured[0], _compute_salience(component, bend)[component.F].sum(axis=1)
+    double_area, salience = (
+        component.areas_and_products[0],
+        _compute_salience(component, bend)[component.F].sum(axis=1),
+    )
     a, b, c = component.V[component.F.T]
     normal = np.cross(b - a, c - a)  # its length is twice the area of the face
     looking = salience @ normal
@@ -126,7 +129,7 @@ def _measure_facing(surface: Submesh, direction: FloatArray) -> FloatArray:
     if length == 0:
         raise MeshError("hide is a direction of no length: point to where seams are to be")
     facing = np.empty(len(surface.F))
-    for part in surface.components():
+    for part in surface.split_components():
         a, b, c = part.V[part.F.T] - part.V.mean(axis=0)
         normal = np.cross(b - a, c - a)
         inward = not part.topology.loops and float((a * normal).sum()) < 0
@@ -149,11 +152,11 @@ def hiding_factors(surface: Submesh, edges: IntArray, length: FloatArray, hidden
     hidden : (#F',) float64
         The `hiding_weights` of the input faces.
     """
-    own, double_area = hidden[surface.faces], surface.measured[0]
+    own, double_area = hidden[surface.faces], surface.areas_and_products[0]
     smoothing = Smoothing(surface, edges, length)
     steps = smoothing.steps(SMOOTHING_REACH * float(np.sqrt(double_area.sum() / 2)), MAX_SMOOTHING_STEPS)
     if not steps:
-        return np.asarray(HIDING ** -own[surface.topology.faces_inside].mean(axis=1))
+        return np.asarray(HIDING ** -own[surface.topology.interior_edge_faces].mean(axis=1))
     corner, n = surface.topology.corner.ravel(), len(surface.V)
     mean = sum_by_index(corner, np.tile(double_area * own, 3), n) / sum_by_index(
         corner, np.tile(double_area, 3), n

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._types import FloatArray, IntArray
 from ...errors import MeshError
-from ...surface import Ragged, complex_positions, coordinates
+from ...surface import Ragged, complex_positions, real_coordinates
 from ..atlas import Atlas
 from ..cost import page_cost
 from .packing import PackingRequest, pack_maps
@@ -99,6 +99,6 @@ def _extract_charts(atlas: Atlas) -> tuple[list[tuple[FloatArray, IntArray]], In
     start = np.searchsorted(chart[order], np.arange(n + 1))
     z = complex_positions(atlas.flat[rows]) / atlas.report.scale
     z -= vertices.repeat(vertices.min(z.real) + 1j * vertices.min(z.imag))
-    uv, F = coordinates(z), local[triangles[order]]
+    uv, F = real_coordinates(z), local[triangles[order]]
     bounds = vertices.start
     return [(uv[bounds[i] : bounds[i + 1]], F[start[i] : start[i + 1]]) for i in range(n)], rows

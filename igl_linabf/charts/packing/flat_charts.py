@@ -9,7 +9,14 @@ import numpy as np
 
 from ..._core import min_rectangle_rotations
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ...surface import Ragged, Submesh, centres, complex_positions, connected_labels, signed_double_areas
+from ...surface import (
+    Ragged,
+    Submesh,
+    complex_positions,
+    compute_group_centres,
+    connected_labels,
+    signed_double_areas,
+)
 from ..atlas import restrict_uv, scale_to_surface
 from ..features import CreasedSurface
 from ..least_cuts import divide_at_least_cut, terminals_beside_line
@@ -53,12 +60,12 @@ class FlatChart:
     def atom(self) -> IntArray:
         """The atom (polygon or plane) of each face, (#F,)."""
         within = self.creased.is_in_atom[self._rows]
-        return connected_labels(self.piece.topology.faces_inside[within], len(self.piece.F))
+        return connected_labels(self.piece.topology.interior_edge_faces[within], len(self.piece.F))
 
     @cached_property
     def _between(self) -> BoolArray:
         """Mask of the inner edges that separate two atoms (polygons or planes)."""
-        one, other = self.atom[self.piece.topology.faces_inside].T
+        one, other = self.atom[self.piece.topology.interior_edge_faces].T
         return np.asarray(one != other)
 
     @cached_property
@@ -70,12 +77,12 @@ class FlatChart:
     def centre(self) -> FloatArray:
         """Centres of the atoms (polygons or planes) in the map, (#P, 2)."""
         a, b, c = self.uv[self.piece.topology.corner]
-        return centres(self.atom, (a + b + c) / 3)
+        return compute_group_centres(self.atom, (a + b + c) / 3)
 
     @cached_property
     def sides(self) -> IntArray:
         """The atoms (polygons or planes) on both sides of each edge that may be cut, (2, #E)."""
-        return np.asarray(self.atom[self.piece.topology.faces_inside[self._between]].T)
+        return np.asarray(self.atom[self.piece.topology.interior_edge_faces[self._between]].T)
 
     @cached_property
     def prices(self) -> FloatArray:
@@ -85,7 +92,7 @@ class FlatChart:
     @cached_property
     def ends(self) -> IntArray:
         """The vertices of each edge that may be cut, (#E, 2), with the atom `sides[0]` on the left."""
-        return np.asarray(self.piece.topology.edges_inside[self._between])
+        return np.asarray(self.piece.topology.interior_edge_ends[self._between])
 
     @cached_property
     def rim(self) -> tuple[IntArray, IntArray]:
@@ -98,7 +105,9 @@ class FlatChart:
     def areas(self) -> FloatArray:
         """Areas of the atoms (polygons or planes) on the surface and in the map, (2, #P)."""
         mapped = np.abs(signed_double_areas(self.z, self.piece.topology.corner))
-        return np.stack([np.bincount(self.atom, double) / 2 for double in (self.piece.measured[0], mapped)])
+        return np.stack(
+            [np.bincount(self.atom, double) / 2 for double in (self.piece.areas_and_products[0], mapped)]
+        )
 
     @property
     def area(self) -> float:
@@ -131,7 +140,7 @@ class FlatChart:
         faces, in the same order as in `AtomGroups.outlines`.
         """
         piece = self.piece
-        parts = sorted(piece.divided(side[self.atom]), key=lambda part: int(part.faces[0]))
+        parts = sorted(piece.cut_between_labels(side[self.atom]), key=lambda part: int(part.faces[0]))
         return [
             FlatChart(
                 self.creased, part, scale_to_surface(restrict_uv(self.uv, piece, part), part), self.parent
@@ -155,7 +164,7 @@ class FlatChart:
         square = np.floor(centre / (np.ptp(centre, axis=0).max() / squares)).astype(np.int64)
         same = (square[sides[0]] == square[sides[1]]).all(axis=1)
         group = connected_labels(sides[:, same].T, len(centre))
-        return AtomGroups(self, group, centres(group, centre), ~same)
+        return AtomGroups(self, group, compute_group_centres(group, centre), ~same)
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,7 +230,7 @@ class AtomGroups:
         order = np.argsort(of, kind="stable")
         totals = *self.areas, np.bincount(self.label[self.chart.atom])
         own, mapped, faces = np.stack([np.bincount(part, np.tile(total, cuts)) for total in totals])
-        sides = Ragged.of_sizes(np.bincount(of, minlength=len(own)))
+        sides = Ragged.from_sizes(np.bincount(of, minlength=len(own)))
         made = _make_outlines(self.chart.z[around[order].T], sides, own, np.where(faces > 1, mapped, 0))
         begin = [*part[::n].tolist(), len(made)]  # the parts of each cut have consecutive numbers
         return [_require_all(made[i:j]) for i, j in pairwise(begin)]
@@ -233,7 +242,7 @@ def make_whole_outlines(charts: Sequence[FlatChart]) -> list[Outline]:
     The lower left corner of each chart's rectangle is at the origin. If any chart has no area in its map, the
     list is empty.
     """
-    sides = Ragged.of_sizes([len(chart.rim[0]) for chart in charts])
+    sides = Ragged.from_sizes([len(chart.rim[0]) for chart in charts])
     ends = np.concatenate([chart.z[chart.rim[0]] for chart in charts])
     own, mapped = np.array([chart.areas.sum(axis=1) for chart in charts]).T
     return _require_all(_make_outlines(ends.T, sides, own, mapped))

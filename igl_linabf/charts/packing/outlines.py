@@ -10,7 +10,7 @@ import numpy as np
 
 from ..._core import occupied_cells, place_masks, rasterize
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ...surface import Ragged, coordinates
+from ...surface import Ragged, real_coordinates
 
 PARALLEL_ANGLE = np.deg2rad(1.0)  # maximum angle between an edge and a parallel side of the page
 STRAIGHT_SHARE = 0.5  # minimum share of a straight outline's length that is parallel to the page's sides
@@ -44,7 +44,7 @@ class Outline:
     @property
     def is_straight(self) -> bool:
         """Whether most edges are parallel to the axes, so that the chart belongs along the page's sides."""
-        edge = coordinates(self.end - self.start)
+        edge = real_coordinates(self.end - self.start)
         length = np.linalg.norm(edge, axis=1)
         parallel = np.abs(edge).min(axis=1) <= np.sin(PARALLEL_ANGLE) * length
         return bool(length[parallel].sum() >= STRAIGHT_SHARE * length.sum())
@@ -110,8 +110,8 @@ class ChartMasks:
     @classmethod
     def of(cls, masks: Sequence[Masks]) -> ChartMasks:
         """Concatenate the masks of charts."""
-        first = Ragged.of_sizes([len(one.turns) for one in masks])
-        reached = Ragged.of_sizes([len(one.blocks) for one in masks]).start
+        first = Ragged.from_sizes([len(one.turns) for one in masks])
+        reached = Ragged.from_sizes([len(one.blocks) for one in masks]).start
         masks = masks or (NO_MASKS,)
         start = np.concatenate([*(one.start[:-1] for one in masks), reached[-1:]])
         start[:-1] += first.repeat(reached[:-1])
@@ -181,7 +181,7 @@ def rasterize_outlines(
         ]
     half = _half_gap(gap)
     number = [len(by) for by in turns]
-    sides = Ragged.of_sizes([len(outline.start) for outline in outlines])
+    sides = Ragged.from_sizes([len(outline.start) for outline in outlines])
     start, end, weight = (
         np.concatenate(arrays) for arrays in zip(*((o.start, o.end, o.weight) for o in outlines), strict=True)
     )

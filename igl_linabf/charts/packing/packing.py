@@ -12,14 +12,14 @@ from numpy.typing import ArrayLike
 
 from ..._core import min_rectangle_rotations
 from ..._types import ComplexArray, FloatArray, IntArray
-from ...errors import MeshError, some
+from ...errors import MeshError, first_few
 from ...surface import (
     Ragged,
     Submesh,
     complex_positions,
-    coordinates,
+    multiply_by_power_of_two,
+    real_coordinates,
     signed_double_areas,
-    times_power_of_two,
 )
 from .layout_search import OBLIQUE_GAIN, Charts, Layout, find_fixed_layout, find_largest_layout
 from .outlines import outlines, rectangles
@@ -97,12 +97,12 @@ def pack_charts(
     given = []
     for i, (uv, F) in enumerate(charts):
         try:
-            given.append(Submesh.checked(uv, F, 2, "uv"))
+            given.append(Submesh.from_input(uv, F, 2, "uv"))
         except MeshError as error:
             raise MeshError(f"chart {i}: {error}") from None
     request = replace(PackingRequest.of_maps(packing), fixed=not rotate)
     placed = pack_maps([(chart.V, chart.F) for chart in given], request)
-    return [replace(p, uv=chart.scatter(p.uv)) for chart, p in zip(given, placed, strict=True)]
+    return [replace(p, uv=chart.scatter_to_input(p.uv)) for chart, p in zip(given, placed, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ class PackingRequest:
         """Return the request for charts that have been scaled by 2**power."""
         if self.side is None:
             return self
-        side, unit = (times_power_of_two(number, power) for number in (self.side, self.unit))
+        side, unit = (multiply_by_power_of_two(number, power) for number in (self.side, self.unit))
         if not 0 < side < np.inf:
             raise MeshError(
                 f"a page that is {self.side:g} units of length wide is out of all proportion to a surface of "
@@ -195,7 +195,7 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], request: PackingReque
     areas = area * scale**2 / aspect
     rows = zip(ratio.tolist(), shift.tolist(), areas.tolist(), page.tolist(), strict=True)
     bounds = pairwise(vertices.start.tolist())
-    uv = coordinates(z) / [1, aspect]
+    uv = real_coordinates(z) / [1, aspect]
     return [
         PackedChart(by, to, uv[slice(*span)], size, on)
         for span, (by, to, size, on) in zip(bounds, rows, strict=True)
@@ -225,7 +225,10 @@ def _prepare_charts(
     charts : Charts
     """
     positions, triangles = zip(*maps, strict=True)
-    vertices, faces = Ragged.of_sizes(list(map(len, positions))), Ragged.of_sizes(list(map(len, triangles)))
+    vertices, faces = (
+        Ragged.from_sizes(list(map(len, positions))),
+        Ragged.from_sizes(list(map(len, triangles))),
+    )
     F = np.concatenate(triangles) + faces.repeat(vertices.start[:-1])[:, None]
     z = complex_positions(np.concatenate(positions))
     area = np.asarray(faces.sum(np.abs(signed_double_areas(z, np.ascontiguousarray(F.T))))) / 2
@@ -245,7 +248,9 @@ def _prepare_charts(
     z = z * vertices.repeat(turn)
     origin, extent = rectangles(z, vertices)
     z -= vertices.repeat(origin)
-    charts = Charts(outlines(z, F, vertices, area), coordinates(extent), area, request.upright, request.fixed)
+    charts = Charts(
+        outlines(z, F, vertices, area), real_coordinates(extent), area, request.upright, request.fixed
+    )
     return z, area, turn, origin, vertices, charts
 
 
@@ -274,7 +279,7 @@ def _find_layout(charts: Charts, request: PackingRequest) -> Layout:
         wide, high = charts.sizes[too_large[0]] * density
         why = f"chart {too_large[0]} takes {wide:.0f} x {high:.0f}"
         if len(too_large) > 1:
-            why = f"charts {some(too_large)} are too large for any page; {why}"
+            why = f"charts {first_few(too_large)} are too large for any page; {why}"
     else:
         share = float(charts.areas.sum()) / request.side**2 / spacing.aspect
         why = f"each one fits alone; together they cover {share:.3g} pages, without the gaps between them"
@@ -319,8 +324,8 @@ def _fit_to_pages(
     highs += lows
     low = np.full((n, 2), np.inf)
     high = np.full((n, 2), -np.inf)
-    np.minimum.at(low, layout.page, coordinates(lows))
-    np.maximum.at(high, layout.page, coordinates(highs))
+    np.minimum.at(low, layout.page, real_coordinates(lows))
+    np.maximum.at(high, layout.page, real_coordinates(highs))
     scale = spacing.inner / float(((high - low) / [1, spacing.aspect]).max())
     return (low @ [1, 1j] - spacing.border * diagonal / scale)[layout.page], scale
 

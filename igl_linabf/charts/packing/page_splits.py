@@ -13,7 +13,7 @@ import numpy as np
 
 from ..._core import evaluate_cut_lines, min_rectangle_rotations
 from ..._types import BoolArray, FloatArray, IntArray
-from ...measures import Quality, measure_qualities, overlapping_pairs_of_chart
+from ...measures import Quality, find_overlapping_pairs_of_chart, measure_qualities
 from ...surface import Submesh, complex_positions
 from ..atlas import Chart, restrict_flattening
 from ..constants import HALVING_BAND
@@ -138,7 +138,7 @@ def _select_largest(charts: list[FlatChart], whole: BoolArray) -> tuple[list[Fla
     """Split the charts into the largest of those marked in `whole` and all others, in the given order."""
     is_large = whole
     if len(charts) > MOST_TRIAL_CHARTS:
-        size = np.array([chart.piece.measured[0].sum() for chart in charts]) * whole
+        size = np.array([chart.piece.areas_and_products[0].sum() for chart in charts]) * whole
         is_large = np.zeros(len(charts), dtype=bool)
         is_large[np.argsort(-size, kind="stable")[:MOST_TRIAL_CHARTS]] = True
         is_large &= size > MIN_SHAPED_AREA * size.sum()
@@ -152,7 +152,7 @@ def _replace_cut_charts(done: Charts, parts: list[FlatChart]) -> Charts:
     numbers = np.bincount([part.parent for part in parts])
     new = [part for part in parts if numbers[part.parent] > 1]
     overlaps = [
-        len(overlapping_pairs_of_chart(part.piece.topology, part.uv))
+        len(find_overlapping_pairs_of_chart(part.piece.topology, part.uv))
         if done[part.parent][0].overlapping
         else 0
         for part in new

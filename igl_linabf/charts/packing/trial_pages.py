@@ -66,7 +66,7 @@ class TrialPage:
     def draw_each(self, several: Sequence[Sequence[Outline]]) -> list[list[TrialChart]]:
         """Rasterise several lists of outlines; return a list of trial charts for each of them."""
         made = self.draw_charts([outline for outlines in several for outline in outlines])
-        start = Ragged.of_sizes([len(outlines) for outlines in several]).start.tolist()
+        start = Ragged.from_sizes([len(outlines) for outlines in several]).start.tolist()
         return [made[i:j] for i, j in pairwise(start)]
 
     def size(self, charts: Sequence[TrialChart]) -> float:

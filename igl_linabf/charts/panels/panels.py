@@ -22,7 +22,15 @@ import numpy as np
 
 from ..._core import merge_regions
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ...surface import NEXT, Submesh, compact, connected_labels, cut_faces, face_components, sum_by_index
+from ...surface import (
+    NEXT,
+    Submesh,
+    connected_labels,
+    cut_faces,
+    drop_unused_vertices,
+    face_components,
+    sum_by_index,
+)
 from ..cut_graphs import ClosedSurface, join_terminals, open_handles
 from ..features import TIP_CURVATURE, CreasedSurface
 from . import constants
@@ -139,7 +147,7 @@ class RoundedPanels(Panels):
         creased = self.creased
         made = creased.may_have_panels
         if made.any():
-            large = np.where(self.creased.in_large_plane, creased.surface.measured[0], 0.0)
+            large = np.where(self.creased.in_large_plane, creased.surface.areas_and_products[0], 0.0)
             least = PLANAR_SHARE_OF_ROUNDED * creased.double_area
             made = made & (sum_by_index(creased.label, large, len(made)) >= least)
         if made.any():
@@ -226,7 +234,7 @@ def _find_slits(panels: Panels, cut: BoolArray, unclosed: BoolArray) -> tuple[Bo
     if not wanted.any():
         return slit, handles
     rows = np.flatnonzero(wanted[label])
-    used, F = compact(F[rows], n)
+    used, F = drop_unused_vertices(F[rows], n)
     inner = None if surface.inner is None else surface.inner[rows]
     part = Submesh(surface.V[origin[used]], F, rows, used, n, inner)
     first = used[np.array([loop[0] for loop in part.topology.loops], dtype=np.int64)]
@@ -241,9 +249,9 @@ def _find_slits(panels: Panels, cut: BoolArray, unclosed: BoolArray) -> tuple[Bo
     flat = ~handled & ~closed & (tips == 0)
     flat[label[creased.faces[unclosed]]] = False
     opened &= ~flat[of]
-    parts = [part.of_faces(np.flatnonzero(of == k)) for k in alone]
+    parts = [part.select_faces(np.flatnonzero(of == k)) for k in alone]
     if opened.any():
-        parts.append(part if opened.all() else part.of_faces(np.flatnonzero(opened)))
+        parts.append(part if opened.all() else part.select_faces(np.flatnonzero(opened)))
     if not parts:
         return slit, handles
     ends, n = (

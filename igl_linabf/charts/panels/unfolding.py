@@ -42,7 +42,7 @@ def unfold(creased: CreasedSurface, joined: BoolArray) -> ComplexArray:
 def _project_to_planes(creased: CreasedSurface, joined: BoolArray) -> tuple[ComplexArray, IntArray]:
     """Return complex coordinates of each face's corners within its plane, (#F, 3), and the plane's index."""
     surface, m = creased.surface, len(creased.surface.F)
-    double_area = surface.measured[0]
+    double_area = surface.areas_and_products[0]
     plane = connected_labels(creased.faces[joined & creased.in_one_plane], m)
     normal = normals(surface.V, surface.topology.corner)
     number = int(plane.max()) + 1
@@ -156,7 +156,7 @@ def find_joints(
     by_length = by_length[_select_few_per_label(pairs[order[first][by_length]] @ np.array([len(panel), 1]))]
     chosen = order[first][by_length]
     body = creased.label[creased.faces[rows[chosen], 0]]
-    area = sum_by_index(creased.label, creased.surface.measured[0], len(creased.extent)) / 2
+    area = sum_by_index(creased.label, creased.surface.areas_and_products[0], len(creased.extent)) / 2
     squared_length = _measure_longest_panels(creased, z, panel) ** 2
     page = np.maximum(PAGE_OVER_AREA * area, PAGE_OVER_SQUARED_LENGTH * squared_length)
     worth = total[by_length] * np.sqrt(area)[body] / (UNFILLED_SHARE * trade)

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from ..._types import FloatArray
-from ...errors import MeshError, OutcomeWarning, some, stack_level
+from ...errors import MeshError, OutcomeWarning, first_few, stack_level
 from ...measures import measure_quality
 from ...surface import Submesh
 from ..atlas import Atlas, Chart, find_seams_and_mismatch
@@ -91,5 +91,5 @@ def _describe_new_flips(moved: Sequence[Chart], charts: Sequence[Chart]) -> str:
     """Describe the first chart with more flipped triangles than before the shift; return "" if none has."""
     for i, (now, before) in enumerate(zip(moved, charts, strict=True)):
         if (flips := now.quality.flips - before.quality.flips) > 0:
-            return f"{flips} triangles of chart {i} (faces {some(now.faces)}) would flip"
+            return f"{flips} triangles of chart {i} (faces {first_few(now.faces)}) would flip"
     return ""

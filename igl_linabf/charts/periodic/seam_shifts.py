@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from ..._types import ComplexArray, IntArray
-from ...errors import MeshError, some
+from ...errors import MeshError, first_few
 from ...surface import NEXT, PREV, Submesh, connected_labels
 from ..atlas import find_texture_seam_rows
 
@@ -53,7 +53,8 @@ class SeamSides:
         off = np.flatnonzero(~(np.abs(ratio - turn) < QUARTER_TURN_TOL))
         if len(off):
             raise MeshError(
-                f"the seam at vertices {some(surface.vertices[vertex[off, 0]])} turns by no multiple of 90 "
+                f"the seam at vertices {first_few(surface.vertices[vertex[off, 0]])} turns by no multiple of "
+                "90 "
                 'degrees, and no texture goes on across it: use angles="quarter"; if the map did not '
                 "reach them, give more cones"
             )

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from ..._types import ComplexArray, FloatArray, IntArray
-from ...surface import Submesh, complex_positions, connected_labels, coordinates, signed_double_areas
+from ...surface import Submesh, complex_positions, connected_labels, real_coordinates, signed_double_areas
 from .lattice import find_nearest_integers
 from .seam_shifts import FreeShifts, SeamSides, find_fans
 from .stiffness import Stiffness, build_displacement_energy, triangle_changes
@@ -104,7 +104,7 @@ class ShiftedMaps:
                 break
             weight = weight * (1 + triangle_changes(self.z, moved - self.z, self.corner) / DOUBLING_CHANGE)
             moved = self._displace(q, period, self._build_stiffness(weight))
-        return coordinates(moved)
+        return real_coordinates(moved)
 
     def _displace(self, q: ComplexArray, period: float, stiffness: Stiffness) -> ComplexArray:
         """Return the map in which the free shifts are `q` times the period."""

@@ -10,8 +10,16 @@ from numpy.typing import ArrayLike
 from ..._types import FloatArray, IntArray
 from ...errors import SingularSystemError, is_number, takes_vertices_and_faces
 from ...flattening import Isometric, Method, resolve_method
-from ...measures import measure_change, overlapping_pairs_of_chart
-from ...surface import Submesh, compact, cut_faces, face_array, manifold_topology, seam_mask, vertex_array
+from ...measures import find_overlapping_pairs_of_chart, measure_change
+from ...surface import (
+    Submesh,
+    build_manifold_topology,
+    cut_faces,
+    drop_unused_vertices,
+    face_array,
+    seam_mask,
+    vertex_array,
+)
 from ..atlas import compute_division_price, flatten_piece
 from ..cut_graphs import ClosedSurface, Levels, stretch_weight
 from ..features import CreasedSurface, Hiding, flat_shares, hiding_weights
@@ -71,8 +79,8 @@ def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntAr
     True
     """
     positions, faces = vertex_array(V), face_array(F)
-    vertices, packed = compact(faces, len(positions))
-    sides, n = manifold_topology(packed, vertices).sides, len(positions)
+    vertices, packed = drop_unused_vertices(faces, len(positions))
+    sides, n = build_manifold_topology(packed, vertices).sides, len(positions)
     F_cut, origin = cut_faces(faces, n, sides, seam_mask(seams, faces, n))
     return positions[origin], F_cut, origin
 
@@ -154,7 +162,7 @@ def find_seams(
     (3, 2)
     """
     check_trade(trade)
-    surface = Submesh.checked_manifold(V, F)
+    surface = Submesh.manifold_from_input(V, F)
     hidden = hiding_weights(surface, hide, np.arange(len(surface.F)))
     search = SeamSearch(trade, resolve_method(method), keep_holes, hidden)
     return search.seams(surface) if disks else search.needed_seams(surface)
@@ -225,7 +233,9 @@ class SeamSearch:
                 found.append(self._find_seam_of_component(own, is_open, panels, k))
         if small:
             rows = np.concatenate([shapes[k][0].faces for k in small])
-            bodies = SmallBodies(surface.of_faces(np.searchsorted(surface.faces, np.sort(rows))), self.hidden)
+            bodies = SmallBodies(
+                surface.select_faces(np.searchsorted(surface.faces, np.sort(rows))), self.hidden
+            )
             edges, body, costs = bodies.seams(self.trade, self.keep_holes)
             in_panels = panels.cost[small] < costs
             found += [panels.of(small[b]) for b in np.flatnonzero(in_panels).tolist()]
@@ -272,7 +282,7 @@ class SeamSearch:
                 return np.inf
             if len(result.flipped):
                 return np.inf
-            pairs = overlapping_pairs_of_chart(piece.topology, result.uv)
+            pairs = find_overlapping_pairs_of_chart(piece.topology, result.uv)
             parts += split_overlaps(piece, piece.faces[pairs]) if len(pairs) else [piece]
             change = measure_change(piece, result.uv)
             area += float(change.double_area.sum())
@@ -293,10 +303,10 @@ class SeamSearch:
                 own = creased
                 if not made.all():
                     rows = np.flatnonzero(made[creased.label])
-                    own = CreasedSurface(creased.surface.of_faces(rows), self.hidden)
+                    own = CreasedSurface(creased.surface.select_faces(rows), self.hidden)
                 edges, label, cost = find_panel_seams(kind(own), self.trade)
                 rivals = np.flatnonzero((cost < found.cost[made]) & np.isfinite(found.cost[made])).tolist()
-                bodies = own.surface.components() if rivals else []
+                bodies = own.surface.split_components() if rivals else []
                 for (
                     k
                 ) in rivals:  # the first panels preserve all lengths, but fillets and chamfers are stretched
@@ -359,11 +369,11 @@ def _find_small_components(surface: Submesh, shapes: list[Shape]) -> list[bool]:
 
 def _list_shapes(surface: Submesh) -> list[Shape]:
     """Return the components with their numbers of boundary loops and handles."""
-    components, topology = surface.components(), surface.topology
+    components, topology = surface.split_components(), surface.topology
     if len(components) == 1:
         return [(surface, len(topology.loops), topology.genus)]
     label = np.empty(len(surface.V), dtype=np.int64)
-    label[surface.F.ravel()] = np.repeat(surface.label, 3)
+    label[surface.F.ravel()] = np.repeat(surface.component_of_face, 3)
     loops, edges, vertices, faces = (
         np.bincount(label[of], minlength=len(components))
         for of in (

@@ -30,7 +30,7 @@ class SmallBodies:
         closed, of = self.closed, connected_labels(self.closed.graph.ends, self.closed.graph.n)
         self._n = int(of.max()) + 1
         component = np.empty(self._n, dtype=np.int64)
-        component[of[closed.node[surface.F[:, 0]]]] = surface.label
+        component[of[closed.node[surface.F[:, 0]]]] = surface.component_of_face
         self._of = component[of]  # the body of each node, numbered like the components of the surface
         self._area = sum_by_index(self._of, closed.area, self._n)
         self._by_body = np.argsort(self._of, kind="stable")

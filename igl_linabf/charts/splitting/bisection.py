@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from ...surface import Submesh, centres
+from ...surface import Submesh, compute_group_centres
 from ..constants import HALVING_BAND
 from ..least_cuts import divide_at_least_cut, edges_between_polygons, terminals_beside_line
 
@@ -17,7 +17,7 @@ def bisect(piece: Submesh) -> list[Submesh]:
     if not polygon.any():
         return []
     sides, price = edges_between_polygons(piece)
-    centre = centres(polygon, piece.V[piece.F].mean(axis=1))
+    centre = compute_group_centres(polygon, piece.V[piece.F].mean(axis=1))
     step = np.maximum(np.linalg.norm(centre[sides[0]] - centre[sides[1]], axis=1), np.finfo(float).tiny)
     # if two faces share two edges, csr_array adds their equal lengths, which hardly changes distances
     graph = sparse.csr_array((step, tuple(sides)), shape=(len(centre), len(centre)))
@@ -29,4 +29,4 @@ def bisect(piece: Submesh) -> list[Submesh]:
     from_first = distance(first)
     second = int(np.argmax(from_first))
     terminal = terminals_beside_line(from_first - distance(second), HALVING_BAND)
-    return piece.divided(divide_at_least_cut(sides, price, terminal)[polygon])
+    return piece.cut_between_labels(divide_at_least_cut(sides, price, terminal)[polygon])

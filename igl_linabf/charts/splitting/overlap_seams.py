@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..._core import breadth_first_path, overlap_sheets, shortest_edges, shortest_odd_walk
 from ..._types import BoolArray, IntArray
-from ...errors import MeshError, some
+from ...errors import MeshError, first_few
 from ...surface import Submesh, check_planar, face_components
 from ..features import CreasedSurface, box_sides
 
@@ -66,16 +66,16 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
     >>> len(pairs), separating_seams(V, F, pairs)
     (27, array([[50, 51]]))
     """
-    surface = Submesh.checked(V, F)
+    surface = Submesh.from_input(V, F)
     array = _check_pairs(pairs, len(surface.F))
     chart = face_components(surface.F, len(surface.V))
     strangers = np.flatnonzero(chart[array[:, 0]] != chart[array[:, 1]])
     if len(strangers):
         raise MeshError(
-            f"pairs {some(strangers)} are faces of two charts (the first: faces "
+            f"pairs {first_few(strangers)} are faces of two charts (the first: faces "
             f"{array[strangers[0]].tolist()}): leave these pairs out, and move the charts apart"
         )
-    charts = [surface.of_faces(np.flatnonzero(chart == i)) for i in np.unique(chart[array[:, 0]])]
+    charts = [surface.select_faces(np.flatnonzero(chart == i)) for i in np.unique(chart[array[:, 0]])]
     return find_overlap_seams(charts, array)
 
 
@@ -140,7 +140,7 @@ def _check_pairs(pairs: ArrayLike, m: int) -> IntArray:
     bad = np.flatnonzero(((array < 0) | (array >= m)).any(axis=1) | (array[:, 0] == array[:, 1]))
     if len(bad):
         raise MeshError(
-            f"pairs {some(bad)} are not two different faces within 0..{m - 1} (the first: "
+            f"pairs {first_few(bad)} are not two different faces within 0..{m - 1} (the first: "
             f"{array[bad[0]].tolist()}): pass what overlaps returned for the same F"
         )
     return array
@@ -179,7 +179,7 @@ class _Search:
         loop = np.repeat(np.arange(len(topology.loops)), [len(vertices) for vertices in topology.loops])
         ends = np.concatenate((edges, np.column_stack((rim, topology.n + loop))))
         spoke = PART_COST * np.linalg.norm(box_sides(part.V)) / 2
-        price = CreasedSurface(part).price[np.searchsorted(topology.inside, inner)]
+        price = CreasedSurface(part).price[np.searchsorted(topology.interior_edges, inner)]
         self._cost = np.append(price, np.full(len(rim), spoke))
         self._graph = shortest_edges(ends, self._cost, topology.n + len(topology.loops))
 

@@ -10,18 +10,26 @@ from numpy.typing import ArrayLike
 
 from ..._runtime import Arrays, run_as_child_process, run_in_child_process
 from ..._types import FloatArray
-from ...errors import FallbackWarning, MeshError, OutcomeWarning, format_count, is_number, some, stack_level
+from ...errors import (
+    FallbackWarning,
+    MeshError,
+    OutcomeWarning,
+    first_few,
+    format_count,
+    is_number,
+    stack_level,
+)
 from ...flattening import Flattening, Outcome
 from ...layouts import embed_in_circle
 from ...linalg import Solvers
-from ...measures import overlapping_pairs_of_chart
+from ...measures import find_overlapping_pairs_of_chart
 from ...surface import (
     Submesh,
     Topology,
     check_planar,
     complex_positions,
-    coordinates,
     flipped_faces,
+    real_coordinates,
     signed_double_areas,
 )
 from .tips import MapMeasure
@@ -91,7 +99,7 @@ def make_bijective(
     """
     if not is_number(iterations, 1, whole=True):
         raise ValueError(f"iterations is {iterations!r}: use a positive integer")
-    surface = Submesh.checked(uv, F, 2, "uv")
+    surface = Submesh.from_input(uv, F, 2, "uv")
     topology = surface.topology
     check_planar(topology, surface.vertices)
     if len(topology.loops) > 1:
@@ -102,7 +110,7 @@ def make_bijective(
     made, trouble = separate_parts(surface.V, topology, iterations, timeout)
     if trouble:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
-    return surface.scatter(made)
+    return surface.scatter_to_input(made)
 
 
 def separate_parts(
@@ -114,14 +122,14 @@ def separate_parts(
     bad = np.flatnonzero(~(np.abs(area) > MIN_SCAF_AREA * total))
     if len(bad):
         raise MeshError(
-            f"faces {some(bad)} have less than {MIN_SCAF_AREA:g} of the map's area: its scale "
+            f"faces {first_few(bad)} have less than {MIN_SCAF_AREA:g} of the map's area: its scale "
             "varies too much for SCAF; cut the surface into more parts"
         )
-    if (area > 0).all() and not len(overlapping_pairs_of_chart(topology, flat)):
+    if (area > 0).all() and not len(find_overlapping_pairs_of_chart(topology, flat)):
         return flat.copy(), ""
     made = _run_scaf(flat / np.sqrt(total), topology, iterations, timeout) * np.sqrt(total)
     flips = np.count_nonzero(~(signed_double_areas(complex_positions(made), topology.corner) > 0))
-    pairs = overlapping_pairs_of_chart(topology, made)
+    pairs = find_overlapping_pairs_of_chart(topology, made)
     trouble = (
         f"{format_count(int(flips), 'flipped face')} and {format_count(len(pairs), 'pair')} of "
         "overlapping faces "
@@ -147,7 +155,7 @@ def _run_scaf(rest: FloatArray, topology: Topology, iterations: int, timeout: fl
             "no valid embedding in a circle was found in double precision, and SCAF has to start from one: "
             "cut the surface into more parts"
         )
-    start = coordinates(z) / np.sqrt(area.sum() / 2)
+    start = real_coordinates(z) / np.sqrt(area.sum() / 2)
     arrays = {"rest": rest, "F": topology.corner.T, "start": start, "iterations": np.array(iterations)}
     try:
         return np.asarray(
@@ -180,7 +188,7 @@ def _fit_rigidly(uv: FloatArray, onto: FloatArray) -> FloatArray:
     z = z - z.mean()
     turn = np.vdot(z, w - middle)
     z = z * (turn / np.abs(turn) if turn else 1.0) + middle
-    return coordinates(z)
+    return real_coordinates(z)
 
 
 def move_parts_apart(
@@ -207,7 +215,9 @@ def move_parts_apart(
             piece, f"SCAF would stretch the chart by {after.stretch:.3g} (L2), not by {before.stretch:.3g}"
         )
         return None
-    sheared = [change.at_triangles.mean(change.at_triangles.conformal) for change in (before, after)]
+    sheared = [
+        change.at_triangles.area_weighted_mean(change.at_triangles.conformal) for change in (before, after)
+    ]
     if not sheared[1] <= MAX_SCAF_STRETCH_FACTOR * sheared[0]:
         _warn_of_cut(
             piece, f"SCAF would shear the chart by {sheared[1]:.3g} (conformal), not by {sheared[0]:.3g}"
@@ -225,7 +235,7 @@ def move_parts_apart(
 def _warn_of_cut(piece: Submesh, why: str) -> None:
     """Warn that the overlapping parts of a chart are cut apart, because SCAF cannot move them apart."""
     warnings.warn(
-        f"parts of the chart of faces {some(piece.faces)} overlap, and are cut apart, not moved: {why}",
+        f"parts of the chart of faces {first_few(piece.faces)} overlap, and are cut apart, not moved: {why}",
         FallbackWarning,
         stacklevel=stack_level(),
     )

@@ -19,7 +19,7 @@ from ...errors import format_count
 from ...layouts import least_squares
 from ...linalg import NotPositiveDefiniteError, Solvers
 from ...measures import measure_change, measure_qualities
-from ...surface import Ragged, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
+from ...surface import Ragged, Submesh, complex_positions, flat_angles, real_coordinates, signed_double_areas
 from ..atlas import Chart, scale_to_surface
 
 MAX_SMALL_AREA = 0.01  # maximum area of a small chart, as a share of the surface's area
@@ -39,7 +39,7 @@ def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) ->
     split = [len(key) > 1 for key, _, _ in made]
     if not any(split):
         return made
-    area = [float(piece.measured[0].sum()) for _, _, piece in made]
+    area = [float(piece.areas_and_products[0].sum()) for _, _, piece in made]
     whole = sum(area)
     small = [
         parted
@@ -108,7 +108,7 @@ class _Candidate:
 
     def __init__(self, piece: Submesh, flat: FloatArray) -> None:
         self._piece, self._z = piece, complex_positions(flat)
-        self._cot = np.divide(piece.measured[1], piece.measured[0])
+        self._cot = np.divide(piece.areas_and_products[1], piece.areas_and_products[0])
 
     def positions(self, runs: list[_Run]) -> Iterator[tuple[_Run, ComplexArray]]:
         """Yield runs with positions of all vertices: first the given map where it fits, then LSCM maps."""
@@ -126,7 +126,7 @@ class _Candidate:
 
     def _fit(self, runs: list[_Run]) -> tuple[BoolArray, ComplexArray]:
         """Move the map to the ends of each run; return a mask of the runs it fits, and the moved maps."""
-        z, vertices = self._z, Ragged.of_sizes([len(run.own) for run in runs])
+        z, vertices = self._z, Ragged.from_sizes([len(run.own) for run in runs])
         own, to = (np.concatenate(rows) for rows in zip(*((run.own, run.at) for run in runs), strict=True))
         (first, last), (start, end) = ((x[vertices.start[:-1]], x[vertices.start[1:] - 1]) for x in (own, to))
         apart = z[first] != z[last]
@@ -150,7 +150,7 @@ class _GrowingChart:
         self.index, self.guests, self.n_given = index, list[_Guest](), piece.n_given
         self._chart, self._piece = chart, piece
         self._double_area = self._flat_area = float(
-            piece.measured[0].sum()
+            piece.areas_and_products[0].sum()
         )  # equal, because the map preserves the total area
         self._squared = chart.quality.stretch_l2**2 * self._double_area
         self._z = complex_positions(chart.result.uv)
@@ -162,7 +162,7 @@ class _GrowingChart:
         """Return the boundary edges of the chart, (#E, 2), and a unique number for each edge."""
         loops = self._piece.topology.loops
         start = np.concatenate(loops)
-        rim = np.column_stack((start, start[Ragged.of_sizes([len(loop) for loop in loops]).following]))
+        rim = np.column_stack((start, start[Ragged.from_sizes([len(loop) for loop in loops]).next_element]))
         return rim, _encode_edges(self._piece, *rim.T)
 
     def get_positions(self, vertices: IntArray) -> ComplexArray:
@@ -177,7 +177,7 @@ class _GrowingChart:
         own = z[piece.F] * self._unit
         if has_overlap(own, self._in_chart):
             return False
-        changed = measure_change(piece, coordinates(z))
+        changed = measure_change(piece, real_coordinates(z))
         own_area = float(changed.double_area.sum())
         share = own_area / double_area.sum()  # `squared_stretch` assumes that the map preserves the area
         squared = self._squared + share * float(changed.double_area @ changed.squared_stretch)
@@ -205,7 +205,7 @@ class _GrowingChart:
             n += int(new.sum())
             F.append(index[guest.piece.F])
             V.append(guest.piece.V[new])
-            uv.append(coordinates(guest.z[new]))
+            uv.append(real_coordinates(guest.z[new]))
             vertices.append(guest.piece.vertices[new])
             faces.append(guest.piece.faces)
             angles.append(flat_angles(guest.z, guest.piece.topology.corner).T)
@@ -253,7 +253,7 @@ class _Rims:
         The longest runs come first.
         """
         loop = piece.topology.loops[0]
-        after = Ragged.of_sizes([len(loop)]).following
+        after = Ragged.from_sizes([len(loop)]).next_element
         following = loop[after]
         code = _encode_edges(piece, following, loop)  # adjacent charts traverse edges in reverse
         place = np.minimum(np.searchsorted(self._code, code), len(self._code) - 1)

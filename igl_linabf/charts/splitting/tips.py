@@ -30,7 +30,7 @@ class MapMeasure:
     @cached_property
     def stretch(self) -> float:
         """The L2 stretch of the piece by its map."""
-        return float(np.sqrt(self.at_triangles.mean(self.at_triangles.squared_stretch)))
+        return float(np.sqrt(self.at_triangles.area_weighted_mean(self.at_triangles.squared_stretch)))
 
 
 def find_tips(F: IntArray, n: int, changed: Change, shrunk: float) -> tuple[IntArray, FloatArray]:
@@ -52,7 +52,7 @@ def find_tips(F: IntArray, n: int, changed: Change, shrunk: float) -> tuple[IntA
 
 def measure_size_and_stretch(changed: Change) -> tuple[float, float]:
     """Return the square root of a surface's area, and the squared L2 stretch of its map."""
-    return float(np.sqrt(changed.double_area.sum() / 2)), changed.mean(changed.squared_stretch)
+    return float(np.sqrt(changed.double_area.sum() / 2)), changed.area_weighted_mean(changed.squared_stretch)
 
 
 def choose_worthwhile_seams(price: FloatArray, saved: FloatArray, total: float) -> tuple[IntArray, float]:
@@ -84,7 +84,7 @@ def find_seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: Fl
     faces, saved = find_tips(piece.F, len(piece.V), changed, TIP_AREA_SHARE)
     if not saved.sum() / (np.sqrt(total) + 1) >= MIN_TIP_GAIN:  # not worth it, even if seams cost nothing
         return none
-    leaves = np.where(piece.topology.interior[piece.F[faces]], piece.F[faces], -1).max(axis=1)
+    leaves = np.where(piece.topology.is_interior[piece.F[faces]], piece.F[faces], -1).max(axis=1)
     is_inside, closed, unit = (
         leaves >= 0,
         ClosedSurface.of_creased(CreasedSurface(piece, hidden)),

@@ -18,10 +18,10 @@ from ...angles import (
     initial_estimate,
     limit_obtuse_angles,
 )
-from ...errors import MeshWarning, SingularSystemError, some, stack_level
+from ...errors import MeshWarning, SingularSystemError, first_few, stack_level
 from ...layouts import Layout, LayoutName, check_pins
 from ...linalg import SolverName, Solvers, check_memory, factor_bytes
-from ...surface import Mesh, Pins, area_scale_ratio, coordinates, flipped_faces, shape_is_pinned
+from ...surface import Mesh, Pins, area_scale_ratio, flipped_faces, real_coordinates, shape_is_pinned
 from ..boundary_shapes import FREE, Shape, resolve_shape
 from ..result import (
     NO_INDICES,
@@ -166,8 +166,9 @@ def initial_problem(
         if len(caps):
             caps = caps if ears is None else ears.faces[caps]
             warnings.warn(
-                f"faces {some(caps)} have an angle within {CAP_ANGLE:g} rad of pi: that angle is changed to "
-                f"pi - {CAP_ANGLE:g} before flattening; collapse these faces, or flip their longest edges",
+                f"faces {first_few(caps)} have an angle within {CAP_ANGLE:g} rad of pi: that angle is "
+                f"changed to pi - {CAP_ANGLE:g} before flattening; collapse these faces, or flip their "
+                "longest edges",
                 MeshWarning,
                 stacklevel=stack_level(),
             )
@@ -241,7 +242,7 @@ def build_result(
         )
     )
     return Flattening(
-        uv=coordinates(z),
+        uv=real_coordinates(z),
         F=mesh.faces,
         angles=np.ascontiguousarray(alpha.T),
         method=method,

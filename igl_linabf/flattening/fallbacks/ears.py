@@ -9,7 +9,15 @@ import numpy as np
 from ..._core import signed_double_areas
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...layouts import place_map
-from ...surface import Mesh, Pins, Topology, build_topology, compact, flat_angles, with_outer_loop
+from ...surface import (
+    Mesh,
+    Pins,
+    Topology,
+    build_topology,
+    drop_unused_vertices,
+    flat_angles,
+    with_outer_loop,
+)
 
 EPSILON = float(np.finfo(np.float64).eps)
 
@@ -47,10 +55,10 @@ class Ears:
 
         If all faces of a disk have three boundary vertices, no ears are removed.
         """
-        faces, layers = mesh.topology.once("without ears", lambda: _remove_ears(mesh.topology))
+        faces, layers = mesh.topology.compute_once("without ears", lambda: _remove_ears(mesh.topology))
         if not layers:
             return None
-        vertices, numbered = compact(mesh.topology.corner.T[faces], mesh.topology.n)
+        vertices, numbered = drop_unused_vertices(mesh.topology.corner.T[faces], mesh.topology.n)
         topology = build_topology(numbered, mesh.vertices[vertices])
         if len(topology.loops) > 1:
             on_rim = np.isin(vertices, mesh.topology.loops[0])

@@ -20,7 +20,7 @@ from ...angles import (
     take_linear_step,
     take_step_and_chord,
 )
-from ...errors import FallbackWarning, SingularSystemError, format_count, some, stack_level
+from ...errors import FallbackWarning, SingularSystemError, first_few, format_count, stack_level
 from ...layouts import MAX_BOUNDARY_GAP, Boundary, LayoutOptions, develop_boundary, lay_out
 from ...surface import find_chords, flipped_faces
 from ..boundary_shapes import SPLIT_CHORDS_HINT
@@ -47,7 +47,7 @@ def add_layout(problem: Problem, made: StageResult, boundary: Boundary | None = 
         alpha, invalid = at.alpha, angles.mask_invalid_triangles(at)
         if invalid.any():
             warnings.warn(
-                f"the target angles of faces {some(np.flatnonzero(invalid))} are not within (0, pi): "
+                f"the target angles of faces {first_few(np.flatnonzero(invalid))} are not within (0, pi): "
                 "the layout uses their initial angles instead",
                 FallbackWarning,
                 stacklevel=stack_level(),
@@ -197,7 +197,7 @@ def _with_abf_layout(
 ) -> StageResult:
     """Lay out the angles of converged ABF, with a remark on angles fixed at their bounds."""
     held = np.flatnonzero(result.held.any(axis=0))
-    remark = f"; some angles of faces {some(held)} are held at a hundredth of their initial value"
+    remark = f"; some angles of faces {first_few(held)} are held at a hundredth of their initial value"
     made = StageResult(
         stage,
         result.state,

@@ -75,7 +75,7 @@ def parse_gifti(path: Path, allow_outside: bool = False) -> MeshFile:
     }
     return make_checked_mesh_file(
         V,
-        Polygons.of_triangles(F.astype(np.int64)),
+        Polygons.from_triangles(F.astype(np.int64)),
         Extras(
             colours=_read_point_colours(image, len(V)),
             units="millimeter",
@@ -226,7 +226,7 @@ def parse_freesurfer(path: Path) -> MeshFile:
     data = path.read_bytes()
     _check_counts(data)
     V, F = call_reader(import_optional("nibabel.freesurfer").read_geometry, path)
-    polygons = Polygons.of_triangles(np.asarray(F, dtype=np.int64))
+    polygons = Polygons.from_triangles(np.asarray(F, dtype=np.int64))
     trailer = _read_trailer(data, 12 * (len(V) + len(F)))
     extras = Extras(
         units="millimeter",

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._types import BoolArray, FloatArray, IntArray
-from ...errors import MeshError, MeshWarning, format_count, some, stack_level
-from ...surface import Polygons, build_topology, compact, patch_faces
+from ...errors import MeshError, MeshWarning, first_few, format_count, stack_level
+from ...surface import Polygons, build_topology, drop_unused_vertices, find_patch_faces
 from ..mesh_file import MeshFile
 from ..parsing import Damaged
 from ..vertex_splits import split_vertices, to_single_precision
@@ -79,23 +79,23 @@ def parse_patch(path: Path, surface: MeshFile) -> MeshFile:
     outside = np.flatnonzero(vertex >= n)
     if len(outside):
         raise MeshError(
-            f"{path} has the vertices {some(vertex[outside])}, and its surface {surface.path} has {n}: pass "
-            "the surface from which the patch was cut"
+            f"{path} has the vertices {first_few(vertex[outside])}, and its surface {surface.path} has {n}: "
+            "pass the surface from which the patch was cut"
         )
     is_kept, border = np.zeros((2, n), dtype=bool)
     is_kept[vertex], border[vertex[number < 0]] = True, True
     F = surface.triangles
     try:
-        found = patch_faces(F, is_kept)
+        found = find_patch_faces(F, is_kept)
     except MeshError as error:
         raise MeshError(f"{path} on {surface.path}: {error}; is this the patch's own surface?") from None
-    vertices, faces = compact(F[found.rows], n)
-    interior = vertices[build_topology(faces, vertices).interior]
+    vertices, faces = drop_unused_vertices(F[found.rows], n)
+    interior = vertices[build_topology(faces, vertices).is_interior]
     slit_vertices = interior[border[interior]]
-    remarks = [f"without {part}" for part in found.left_out]
+    remarks = [f"without {part}" for part in found.left_out_descriptions]
     if len(slit_vertices):
         remarks.append(
-            f"with closed slits at vertices {some(slit_vertices)}, which are flagged as border but are "
+            f"with closed slits at vertices {first_few(slit_vertices)}, which are flagged as border but are "
             "interior: a patch is cut by leaving out vertices, not along edges"
         )
     if remarks:
@@ -103,7 +103,7 @@ def parse_patch(path: Path, surface: MeshFile) -> MeshFile:
         warnings.warn(message, MeshWarning, stacklevel=stack_level())
     # do not warn that contents of the surface file, such as its MRI volume, are lost
     extras = replace(surface.extras, unshared=(), source=Patch(border))
-    mesh = MeshFile(surface.V, Polygons.of_triangles(F[found.rows]), extras=extras)
+    mesh = MeshFile(surface.V, Polygons.from_triangles(F[found.rows]), extras=extras)
     if rows["place"][:, 2].any():
         return mesh
     place = np.full((n, 2), np.nan)
@@ -124,7 +124,7 @@ def _read_rows(data: bytes) -> NDArray[Any]:
     rows = np.frombuffer(data, dtype=ROW_DTYPE, offset=8)
     vertex, occurrences = np.unique(np.abs(rows["vertex"].astype(np.int64)), return_counts=True)
     if not count or vertex[0] == 0 or (occurrences > 1).any():
-        invalid = some(vertex[(occurrences > 1) | (vertex == 0)] - 1)
+        invalid = first_few(vertex[(occurrences > 1) | (vertex == 0)] - 1)
         raise Damaged(
             f"its vertex numbers are not distinct and positive at vertices {invalid}"
             if count
@@ -145,14 +145,14 @@ def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
     vertex, times = np.unique(split.vertex, return_counts=True)
     if (times > 1).any():
         raise MeshError(
-            f"vertices {some(vertex[times > 1])} are on seams, and a patch has one position per vertex: "
+            f"vertices {first_few(vertex[times > 1])} are on seams, and a patch has one position per vertex: "
             "write .surf or .gii, or flatten a disk"
         )
     if isinstance(mesh.extras.source, Patch):
         border = mesh.extras.source.border[split.vertex]
     else:
-        used, F = compact(mesh.triangles, len(mesh.V))
-        border = np.isin(split.vertex, used[~build_topology(F, used).interior])
+        used, F = drop_unused_vertices(mesh.triangles, len(mesh.V))
+        border = np.isin(split.vertex, used[~build_topology(F, used).is_interior])
     write_patch(temporary, split.vertex, border, split.TC)
 
 

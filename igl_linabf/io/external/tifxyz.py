@@ -15,7 +15,7 @@ import numpy as np
 
 from ..._runtime import replacing_folder
 from ..._types import BoolArray, FloatArray
-from ...errors import MeshError, MeshWarning, is_number, some, stack_level
+from ...errors import MeshError, MeshWarning, first_few, is_number, stack_level
 from ...linalg import has_free_memory
 from ..parsing import Damaged, call_reader, import_optional
 
@@ -267,7 +267,7 @@ def _round_points(segment: Segment) -> np.ndarray:
     bad = np.argwhere(valid & ~((rounded[..., 2] > 0) & np.isfinite(rounded).all(axis=2)))
     if len(bad):
         raise MeshError(
-            f"the points at rows and columns {some(bad)} have z <= 0, which means "
+            f"the points at rows and columns {first_few(bad)} have z <= 0, which means "
             "missing in tifxyz, or are too large: move the segment"
         )
     return rounded

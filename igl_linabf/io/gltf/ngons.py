@@ -49,8 +49,8 @@ def order_as_fans(split: Triangles, corners: IntArray) -> IntArray:
 def reverse_polygons(polygons: Polygons) -> Polygons:
     """Return the polygons with reversed orientation and the same first corners."""
     place = np.arange(len(polygons.corners))
-    start = polygons.starts[polygons.owner]
-    back = start + (start - place) % polygons.sizes[polygons.owner]
+    start = polygons.starts[polygons.polygon_of_corner]
+    back = start + (start - place) % polygons.sizes[polygons.polygon_of_corner]
     return Polygons(polygons.corners[back], polygons.sizes)
 
 

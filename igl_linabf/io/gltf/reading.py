@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._types import FloatArray, IntArray
 from ...errors import format_count
-from ...surface import Polygons, distinct_corners
+from ...surface import Polygons, has_distinct_corners
 from ..materials import Material, encode_srgb, make_gltf_material, parse_gltf_material
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras, triangulate_strips
@@ -288,12 +288,12 @@ def _read_polygons(gltf: Gltf, primitive: dict[str, Any], n: int) -> Polygons:
         F = index.reshape(-1, 3)
     elif mode == Mode.TRIANGLE_STRIP:
         F, _ = triangulate_strips(index, np.zeros_like(index))
-        F = F[distinct_corners(F)]
+        F = F[has_distinct_corners(F)]
     else:
         F = np.column_stack(
             (np.full(max(len(index) - 2, 0), index[0] if len(index) else 0), index[1:-1], index[2:])
         )
-    return merge_fans(F) if EXTENSION in primitive.get("extensions", {}) else Polygons.of_triangles(F)
+    return merge_fans(F) if EXTENSION in primitive.get("extensions", {}) else Polygons.from_triangles(F)
 
 
 def _weld_vertices(V: FloatArray, mesh: IntArray) -> IntArray:

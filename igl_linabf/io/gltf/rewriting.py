@@ -136,7 +136,7 @@ def _split_by_page(
         blank = copy.deepcopy(primitive)
         for i, page in enumerate(np.unique(page_of_face[place.faces]).tolist()):
             faces = place.faces[page_of_face[place.faces] == page]
-            is_kept = np.isin(mesh.polygons.owner[place.corners], faces)
+            is_kept = np.isin(mesh.polygons.polygon_of_corner[place.corners], faces)
             part = place._replace(faces=faces, corners=place.corners[is_kept], vertex=place.vertex[is_kept])
             if i:
                 primitive = copy.deepcopy(blank)

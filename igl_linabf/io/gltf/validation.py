@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import some
+from ...errors import first_few
 from ..limits import check_expansion
 from ..parsing import Damaged
 from .extensions import (
@@ -193,7 +193,7 @@ def _refuse_cycles(nodes: list[dict[str, Any]]) -> None:
             if not parents[child]:
                 waiting.append(child)
     if done < len(nodes):
-        raise Damaged(f"its nodes {some(np.flatnonzero(parents))} are their own descendants")
+        raise Damaged(f"its nodes {first_few(np.flatnonzero(parents))} are their own descendants")
 
 
 def check_data(gltf: Gltf) -> None:

@@ -224,7 +224,7 @@ def order_triangles(
     """
     if (mesh.polygons.sizes[faces] == 3).all():
         return vertex.reshape(-1, 3)[:, [0, 2, 1] if mirrored else slice(None)], {}
-    triangles = mesh.split.of_faces(faces)
+    triangles = mesh.split.select_polygons(faces)
     ordered = order_as_fans(triangles, vertex)
     if mirrored:  # a mirrored fan also has its triangles in reverse order
         ordered = ordered[np.lexsort((-np.arange(len(ordered)), triangles.face))][:, [0, 2, 1]]

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..._runtime import advance
 from ..._types import FloatArray, IntArray
-from ...errors import MeshWarning, format_count, some, stack_level
+from ...errors import MeshWarning, first_few, format_count, stack_level
 from ...surface import Polygons
 from ..materials import Material, read_library
 from ..mesh_file import MeshFile
@@ -91,7 +91,7 @@ def parse_obj(data: bytes, name: str) -> MeshFile:
     advance("reading", 0.8)
     n = len(V)
     polygons = Polygons(index[:, 0], sizes)
-    outside = polygons.outside(n)
+    outside = polygons.find_out_of_range(n)
     if len(outside):
         line = where[b"f"][outside[0]]
         raise_damaged_line(
@@ -102,7 +102,7 @@ def parse_obj(data: bytes, name: str) -> MeshFile:
     unknown = sorted(line for key in where.keys() - STATEMENTS for line in where[key].tolist())
     if unknown and len(sizes):
         warnings.warn(
-            f"lines {some(np.array(unknown) + 1)} of {name} are not OBJ statements (the first: "
+            f"lines {first_few(np.array(unknown) + 1)} of {name} are not OBJ statements (the first: "
             f"{quote_line(raw[unknown[0]])}): they are skipped",
             MeshWarning,
             stacklevel=stack_level(),
@@ -187,8 +187,8 @@ def load_looks(extras: Extras, folder: Folder) -> Extras:
     outside = [library for library in dict.fromkeys(libraries) if folder.is_outside(library)]
     if outside:
         warnings.warn(
-            f"the material libraries {some(outside)} are outside the folder {folder.path}, and are not read: "
-            f"{REMEDY}",
+            f"the material libraries {first_few(outside)} are outside the folder {folder.path}, and are not "
+            f"read: {REMEDY}",
             MeshWarning,
             stacklevel=stack_level(),
         )

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._types import FloatArray
-from ...errors import MeshWarning, format_count, some, stack_level
-from ...surface import Polygons, distinct_corners
+from ...errors import MeshWarning, first_few, format_count, stack_level
+from ...surface import Polygons, has_distinct_corners
 from ..mesh_file import MeshFile
 from ..parsing import (
     Column,
@@ -95,15 +95,15 @@ def parse_ply(data: bytes) -> MeshFile:
     if V is None:
         raise Damaged("its element vertex lacks the properties x, y and z")
     if "face" not in tables:  # a point cloud
-        return MeshFile(V, Polygons.of_triangles(np.empty((0, 3), dtype=np.int64)))
+        return MeshFile(V, Polygons.from_triangles(np.empty((0, 3), dtype=np.int64)))
     _, polygons = _find_index_list(tables, "face")
     small = np.flatnonzero(np.asarray(polygons.sizes) < 3)
     if len(small):
-        raise Damaged(f"faces {some(small)} have fewer than three vertices")
+        raise Damaged(f"faces {first_few(small)} have fewer than three vertices")
     faces = make_polygons(polygons)
-    outside = faces.outside(len(V))
+    outside = faces.find_out_of_range(len(V))
     if len(outside):
-        raise Damaged(f"faces {some(outside)} refer to vertices outside 0..{len(V) - 1}")
+        raise Damaged(f"faces {first_few(outside)} refer to vertices outside 0..{len(V) - 1}")
     if of_strips:
         warnings.warn(
             f"triangle strips become faces, without their properties {', '.join(of_strips)}",
@@ -156,7 +156,7 @@ def _append_strips(elements: list[Element], tables: dict[str, Table]) -> list[El
     ends = rows.values == -1  # -1 separates two strips in a list
     strip = row + np.cumsum(ends)
     F, _ = triangulate_strips(rows.values[~ends].astype(np.int64), strip[~ends])
-    F = F[distinct_corners(F)]
+    F = F[has_distinct_corners(F)]
     face_element = next((element for element in elements if element.name == "face"), None)
     if face_element is None:
         face_element = Element("face", 0, [Property(INDEX_NAMES[0], "i4", "u1")])

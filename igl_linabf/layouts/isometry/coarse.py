@@ -67,7 +67,7 @@ class CoarseHessians:
         self._x, self._cell = x, cell
         self._cells = np.unique(np.concatenate((cell, self._vertices.cell)))
         count = np.bincount(np.searchsorted(self._cells, cell), minlength=len(self._cells))
-        self._faces = Ragged.of_sizes(count)
+        self._faces = Ragged.from_sizes(count)
         self._number_nodes(nodes, solvers)
 
     def _number_nodes(self, nodes: int, solvers: Solvers) -> None:
@@ -127,7 +127,7 @@ class CoarseHessians:
         self, rows: FloatArray, corner: IntArray, cell: IntArray, sizes: IntArray
     ) -> FloatArray:
         """For each cell, sum row row^T over the triangles whose centres are in the cell."""
-        within = Ragged.of_sizes(sizes)
+        within = Ragged.from_sizes(sizes)
         by_corner = rows.reshape(4, 2, 3, -1)
         at_nodes = np.zeros((4, 2, 4, len(cell)))  # row, x or y, node, triangle
         for k in range(3):

@@ -110,9 +110,9 @@ def draw_to_pins(
 def _single_chart_energy(mesh: Mesh, weight: float) -> IsometricEnergy:
     """Return the energy of a single chart."""
     corner, n = mesh.topology.corner, mesh.topology.n
-    faces = Ragged.of_sizes([corner.shape[1]])
+    faces = Ragged.from_sizes([corner.shape[1]])
     rest = RestTriangles.of(corner, mesh.double_area, mesh.dot, faces)
-    return IsometricEnergy(rest, Ragged.of_sizes([n]), faces, weight)
+    return IsometricEnergy(rest, Ragged.from_sizes([n]), faces, weight)
 
 
 def _lower_energy(

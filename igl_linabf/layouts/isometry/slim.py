@@ -18,8 +18,8 @@ from ...surface import (
     Mesh,
     area_scale_ratio,
     complex_positions,
-    coordinates,
     flat_angles,
+    real_coordinates,
     signed_double_areas,
 )
 from ..convex import embed_in_circle, embed_patches
@@ -127,7 +127,7 @@ def slim(
     data = igl.slim_precompute(
         np.asfortranarray(mesh.V / np.sqrt(mesh.area)),
         np.asfortranarray(mesh.faces, dtype=np.int32),
-        np.asfortranarray(coordinates((start - start.mean()) / size)),
+        np.asfortranarray(real_coordinates((start - start.mean()) / size)),
         energy,
         np.zeros(0, dtype=np.int32),
         np.zeros((0, 2), order="F"),

@@ -12,7 +12,7 @@ from ..topology import NEXT, PREV, Topology
 
 def find_chords(topology: Topology) -> IntArray:
     """Return the indices of the interior edges whose two ends are boundary vertices."""
-    at_boundary = ~topology.interior[topology.edges]
+    at_boundary = ~topology.is_interior[topology.edges]
     return np.flatnonzero(at_boundary.all(axis=1) & (topology.sides[1] >= 0))
 
 
@@ -49,7 +49,7 @@ def split_chords(V: ArrayLike, F: ArrayLike) -> tuple[FloatArray, IntArray]:
     >>> V[4].tolist(), F.tolist()
     ([0.5, 0.5, 0.0], [[4, 0, 1], [4, 1, 2], [4, 2, 3], [4, 3, 0]])
     """
-    surface = Submesh.checked_manifold(V, F)
+    surface = Submesh.manifold_from_input(V, F)
     positions, topology, number = np.asarray(V, dtype=np.float64), surface.topology, surface.n_given
     chords = find_chords(topology)
     middle = np.full(topology.corner.shape, -1)  # midpoint of the side opposite to each corner

@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike
 
 from ..._core import group_sides
 from ..._types import BoolArray, FloatArray, IntArray
-from ...errors import MAX_LISTED, MeshError, is_number, some, takes_vertices_and_faces
+from ...errors import MAX_LISTED, MeshError, first_few, is_number, takes_vertices_and_faces
 from ..areas import find_faces_without_area
-from ..arrays import check_finite, check_indices, distinct_corners, face_array, vertex_array
+from ..arrays import check_finite, check_indices, face_array, has_distinct_corners, vertex_array
 from ..constants import SMALLEST_COORDINATE
 from ..submesh import Submesh
 from ..topology import connected_labels, face_components
-from .sheets import Sheets, separate_sheets, side_ends
+from .sheets import Sheets, get_vertices_of_sides, separate_sheets
 from .slivers import collapse_short_sides, limit_obtuse_angles
 
 # Range of the largest coordinate in which eighth powers of lengths neither overflow nor vanish.
@@ -29,7 +29,7 @@ SMALLEST_USUAL_COORDINATE = 1e-30
 LARGEST_WELDED_COORDINATE = 1e150  # larger coordinates would overflow in squared distances
 
 
-def coincident_edges(V: FloatArray, edges: IntArray) -> BoolArray:
+def mark_coincident_edges(V: FloatArray, edges: IntArray) -> BoolArray:
     """Mark the edges whose ends have the same two positions as those of another edge."""
     tail, head = np.ascontiguousarray(merge_coincident(V, np.unique(edges))[edges].T)
     order, _, count = group_sides(tail, head, len(V))
@@ -40,12 +40,12 @@ def coincident_edges(V: FloatArray, edges: IntArray) -> BoolArray:
 
 def _is_unwelded(V: FloatArray, boundary: IntArray) -> bool:
     """Return True if most boundary edges coincide, as in triangle soups and at the seams of older maps."""
-    return bool(2 * np.count_nonzero(coincident_edges(V, boundary)) > len(boundary))
+    return bool(2 * np.count_nonzero(mark_coincident_edges(V, boundary)) > len(boundary))
 
 
 def _find_boundary(F: IntArray, n: int) -> IntArray:
     """Return the edges that belong to exactly one triangle; the triangles need not form a manifold."""
-    tail, head = side_ends(F)
+    tail, head = get_vertices_of_sides(F)
     order, begin, count = group_sides(tail, head, n)
     rim = order[begin[count == 1]]
     return np.column_stack((tail[rim], head[rim]))
@@ -109,7 +109,7 @@ class Repair:
 
     def __str__(self) -> str:
         more = f", ... ({self.count:,} in all)" if self.count > len(self.first) else ""
-        return f"{self.of} {some(self.first)}{more} {REPAIR_TEXTS[self.kind]}"
+        return f"{self.of} {first_few(self.first)}{more} {REPAIR_TEXTS[self.kind]}"
 
 
 REPAIR_TEXTS = {
@@ -213,10 +213,10 @@ def clean(V: ArrayLike, F: ArrayLike, *, weld: float | Literal[False] | None = N
     >>> print(*repairs)
     edges [0, 1] had more than two faces: the sheets are cut apart, except for the best pairs
     """
-    return cleaned_surface(V, F, weld)[0]
+    return clean_surface(V, F, weld)[0]
 
 
-def cleaned_surface(
+def clean_surface(
     V: ArrayLike, F: ArrayLike, weld: float | Literal[False] | None = None
 ) -> tuple[Cleaned, Submesh]:
     """Return the result of `clean`, also as a `Submesh`; a clean mesh keeps the input vertices."""
@@ -230,7 +230,7 @@ def cleaned_surface(
         surface = _check_clean(positions, faces, weld is None)
         if surface is not None:
             return wrap_sound_surface(surface), surface
-    done = _repair(positions, faces, used, weld)
+    done = _repair_triangles(positions, faces, used, weld)
     n = len(done.V)
     return done, Submesh(done.V, done.F, done.faces, np.arange(n), n)
 
@@ -238,9 +238,9 @@ def cleaned_surface(
 def _check_clean(V: FloatArray, F: IntArray, may_weld: bool) -> Submesh | None:
     """Return the surface if it needs no repair, otherwise None."""
     try:
-        surface = Submesh.of_arrays(V, F)
-        _ = surface.measured  # raises if a face has no area
-        topology = surface.sound_topology
+        surface = Submesh.from_arrays(V, F)
+        _ = surface.areas_and_products  # raises if a face has no area
+        topology = surface.topology_or_none
         if topology is None:
             return None
         surface.as_manifold()
@@ -266,7 +266,9 @@ def wrap_sound_surface(surface: Submesh) -> Cleaned:
     )
 
 
-def _repair(V: FloatArray, F: IntArray, used: IntArray, weld: float | Literal[False] | None) -> Cleaned:
+def _repair_triangles(
+    V: FloatArray, F: IntArray, used: IntArray, weld: float | Literal[False] | None
+) -> Cleaned:
     did: list[Repair] = []
 
     def note(kind: str, of: str, which: IntArray) -> None:
@@ -292,7 +294,7 @@ def _repair(V: FloatArray, F: IntArray, used: IntArray, weld: float | Literal[Fa
         V[tiny] = 0.0
     merged = collapse_short_sides(V, merged[F])[merged]
     G = merged[F]
-    distinct = distinct_corners(G)
+    distinct = has_distinct_corners(G)
     note("collapsed", "faces", np.flatnonzero(~distinct))
     rows = np.flatnonzero(distinct)
     sheets = separate_sheets(V, G[rows])

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..._types import FloatArray, IntArray
-from ...errors import MeshError, format_count, some
-from ..arrays import vertex_indices
+from ...errors import MeshError, first_few, format_count
+from ..arrays import convert_vertex_indices
 from .cleaning import Cleaned, clean
 
 
@@ -27,12 +27,12 @@ class RepairedDisk:
     cleaned: Cleaned
     row: IntArray
 
-    def rows(self, name: str, given: ArrayLike) -> IntArray:
+    def convert_vertices(self, name: str, given: ArrayLike) -> IntArray:
         """Convert given vertices, passed as the option `name`, to vertices of the repaired disk."""
         used = np.flatnonzero(self.row >= 0)
-        return np.asarray(self.row[used[vertex_indices(given, used, len(self.row), name)]])
+        return np.asarray(self.row[used[convert_vertex_indices(given, used, len(self.row), name)]])
 
-    def at_vertices(self, values: ArrayLike) -> FloatArray:
+    def gather_at_vertices(self, values: ArrayLike) -> FloatArray:
         """Return values of the given vertices at the vertices of the repaired disk."""
         array = np.asarray(values, dtype=float)
         if array.shape != self.row.shape:
@@ -55,7 +55,7 @@ def repair_disk(V: ArrayLike, F: ArrayLike) -> RepairedDisk:
     several = np.flatnonzero(np.bincount(cleaned.origin, minlength=len(cleaned.merged)) > 1)
     if len(several):
         raise MeshError(
-            f"the repair cuts the surface apart at vertices {some(several)}, which would have several "
+            f"the repair cuts the surface apart at vertices {first_few(several)}, which would have several "
             "positions in the map: call igl_linabf.clean, and flatten its result, or use igl_linabf.unwrap"
         )
     row = np.full(len(cleaned.merged), -1)

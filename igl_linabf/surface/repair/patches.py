@@ -8,8 +8,8 @@ import numpy as np
 
 from ..._core import connected_labels, count_fans, find_edges
 from ..._types import BoolArray, IntArray
-from ...errors import MeshError, some
-from ..arrays import compact
+from ...errors import MeshError, first_few
+from ..arrays import drop_unused_vertices
 from ..topology import build_topology
 
 
@@ -38,21 +38,21 @@ class PatchFaces:
     bare: IntArray
 
     @property
-    def left_out(self) -> list[str]:
+    def left_out_descriptions(self) -> list[str]:
         """Descriptions of the parts that are left out, each with its first few vertices."""
         said = list[str]()
         if self.pieces:
-            sizes = some([len(piece) for piece in self.pieces])
+            sizes = first_few([len(piece) for piece in self.pieces])
             several = f"{len(self.pieces)} other pieces" if len(self.pieces) > 1 else "another piece"
-            said.append(f"{several} of {sizes} vertices (vertices {some(np.concatenate(self.pieces))})")
+            said.append(f"{several} of {sizes} vertices (vertices {first_few(np.concatenate(self.pieces))})")
         if len(self.pinched):
-            said.append(f"vertices {some(self.pinched)}, at which the border touches itself")
+            said.append(f"vertices {first_few(self.pinched)}, at which the border touches itself")
         if len(self.bare):
-            said.append(f"vertices {some(self.bare)}, which have no face whose three vertices stay")
+            said.append(f"vertices {first_few(self.bare)}, which have no face whose three vertices stay")
         return said
 
 
-def patch_faces(F: IntArray, stays: BoolArray) -> PatchFaces:
+def find_patch_faces(F: IntArray, stays: BoolArray) -> PatchFaces:
     """Return the largest piece of the faces whose three vertices are kept.
 
     Parameters
@@ -73,7 +73,7 @@ def patch_faces(F: IntArray, stays: BoolArray) -> PatchFaces:
     while True:
         if not len(rows):
             raise MeshError("no face has three vertices that stay: leave in more")
-        vertices, faces = compact(F[rows], len(kept))
+        vertices, faces = drop_unused_vertices(F[rows], len(kept))
         corner = np.ascontiguousarray(faces.T)
         _, sides, sound = find_edges(corner, len(vertices))
         if not sound:

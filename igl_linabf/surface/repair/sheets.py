@@ -60,11 +60,11 @@ def separate_sheets(V: FloatArray, F: IntArray) -> Sheets:
     if not len(F):
         no_edges = np.zeros((0, 2), dtype=np.int64)
         return Sheets(F, np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool), no_edges, no_edges, F[:, 0])
-    edges = _Edges.of(F, len(V))
+    edges = _EdgeGroups.from_faces(F, len(V))
     triangle, twin = _number_triangles(F, edges)
     links, crowded = _link_sides(V, F, triangle, edges)
     turned, torn = orient_faces(F, links)
-    torn_edges = _edge_ends(F, links[torn])
+    torn_edges = _get_vertices_of_edges(F, links[torn])
     links = links[~torn]
     turn = turned[links // 3]
     links = np.where(turn, links // 3 * 3 + 2 - links % 3, links)
@@ -75,18 +75,18 @@ def separate_sheets(V: FloatArray, F: IntArray) -> Sheets:
     return Sheets(F_new, origin, turned, crowded, torn_edges, np.flatnonzero(twin))
 
 
-def side_ends(F: IntArray) -> tuple[IntArray, IntArray]:
+def get_vertices_of_sides(F: IntArray) -> tuple[IntArray, IntArray]:
     """Return the first and the last vertex of each side, (3 #F,)."""
     return F.ravel(), F[:, [1, 2, 0]].ravel()
 
 
-def _edge_ends(F: IntArray, links: IntArray) -> IntArray:
-    tail, head = side_ends(F)
+def _get_vertices_of_edges(F: IntArray, links: IntArray) -> IntArray:
+    tail, head = get_vertices_of_sides(F)
     return np.sort(np.column_stack((tail[links[:, 0]], head[links[:, 0]])), axis=1)
 
 
 @dataclass(frozen=True, eq=False)
-class _Edges:
+class _EdgeGroups:
     """The sides sorted by edge; for each edge, the position of its first side and the number of its sides."""
 
     order: IntArray
@@ -94,10 +94,10 @@ class _Edges:
     count: IntArray
 
     @classmethod
-    def of(cls, F: IntArray, n: int) -> "_Edges":
-        return cls(*group_sides(*side_ends(F), n))
+    def from_faces(cls, F: IntArray, n: int) -> "_EdgeGroups":
+        return cls(*group_sides(*get_vertices_of_sides(F), n))
 
-    def two(self) -> tuple[IntArray, IntArray]:
+    def get_paired_sides(self) -> tuple[IntArray, IntArray]:
         """Return both sides of each edge that has exactly two sides."""
         begin = self.begin[self.count == 2]
         return self.order[begin], self.order[begin + 1]
@@ -109,9 +109,9 @@ class _Edges:
         return number
 
 
-def _number_triangles(F: IntArray, edges: _Edges) -> tuple[IntArray, BoolArray]:
+def _number_triangles(F: IntArray, edges: _EdgeGroups) -> tuple[IntArray, BoolArray]:
     """Number the distinct vertex triples of faces; also return a mask of the faces that repeat one."""
-    a, b = edges.two()
+    a, b = edges.get_paired_sides()
     twins = F.ravel()[_opposite_corner(a)] == F.ravel()[_opposite_corner(b)]
     crowd = edges.order[np.repeat(edges.count > 2, edges.count)]
     some = np.unique(np.concatenate((a[twins], b[twins], crowd)) // 3)  # faces that may equal another face
@@ -127,15 +127,17 @@ def _opposite_corner(side: IntArray) -> IntArray:
     return np.asarray(side + np.array([2, -1, -1])[side % 3])
 
 
-def _link_sides(V: FloatArray, F: IntArray, triangle: IntArray, edges: _Edges) -> tuple[IntArray, IntArray]:
+def _link_sides(
+    V: FloatArray, F: IntArray, triangle: IntArray, edges: _EdgeGroups
+) -> tuple[IntArray, IntArray]:
     """Return the pairs of joined sides, (#L, 2), and the edges with more than two faces."""
     order, begin, count = edges.order, edges.begin, edges.count
-    plain = np.column_stack(edges.two())
+    plain = np.column_stack(edges.get_paired_sides())
     plain = plain[triangle[plain[:, 0] // 3] != triangle[plain[:, 1] // 3]]  # never join equal faces
     crowd = count > 2
     if not crowd.any():
         return plain, np.zeros((0, 2), dtype=np.int64)
-    tail, head = side_ends(F)
+    tail, head = get_vertices_of_sides(F)
     some = order[begin[crowd]]
     ends = np.sort(np.column_stack((tail[some], head[some])), axis=1)
     patch, turned, _ = _propagate_orientation(F, plain)
@@ -155,7 +157,7 @@ def _link_sides(V: FloatArray, F: IntArray, triangle: IntArray, edges: _Edges) -
 
 
 def _pair_sides(order: IntArray, begin: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
-    """Return all pairs of sides at the same edge; the parameters are the fields of `_Edges`."""
+    """Return all pairs of sides at the same edge; the parameters are the fields of `_EdgeGroups`."""
     few = count <= MOST_FACES_PAIRED
     begin, count = begin[few], count[few]
     edge, at = index_and_rank(count)
@@ -201,7 +203,7 @@ def orient_faces(F: IntArray, links: IntArray) -> tuple[BoolArray, BoolArray]:
     `links` are pairs of sides, (#L, 2), of faces that share an edge; side 3 f + k begins at corner k of
     face f. All connected faces get the orientation of their majority.
     """
-    tail, _ = side_ends(F)
+    tail, _ = get_vertices_of_sides(F)
     if not (tail[links[:, 0]] == tail[links[:, 1]]).any():
         return np.zeros(len(F), dtype=bool), np.zeros(len(links), dtype=bool)
     label, turned, torn = _propagate_orientation(F, links)
@@ -216,7 +218,7 @@ def _propagate_orientation(F: IntArray, links: IntArray) -> tuple[IntArray, Bool
     whose orientations still disagree.
     """
     m, faces = len(F), links // 3
-    tail, _ = side_ends(F)
+    tail, _ = get_vertices_of_sides(F)
     against = tail[links[:, 0]] == tail[links[:, 1]]
     label = connected_labels(faces, m)
     turned = np.zeros(m, dtype=bool)
@@ -293,7 +295,7 @@ def _find_coincident_sides(
     free sides of opposite directions at such an edge are joined instead, which updates `partner`. `loose` are
     the sides to examine. All other sides are joined in pairs, each at an edge with exactly two sides.
     """
-    tail, head = side_ends(F)
+    tail, head = get_vertices_of_sides(F)
     order, begin, count = group_sides(tail[loose], head[loose], int(F.max()) + 1)
     order = loose[order]
     two = begin[count == 2]

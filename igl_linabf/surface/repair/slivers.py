@@ -4,7 +4,7 @@ import numpy as np
 
 from ..._types import BoolArray, FloatArray, IntArray
 from ..areas import find_faces_without_area
-from ..arrays import distinct_corners
+from ..arrays import has_distinct_corners
 from ..topology import connected_labels
 
 COLLAPSED_LENGTH = 1e-9  # collapse sides up to this length, relative to the size of the face's coordinates
@@ -27,7 +27,7 @@ def collapse_short_sides(V: FloatArray, F: IntArray) -> IntArray:
     merged = np.arange(len(V))
     while True:
         now = merged[F]
-        whole = np.flatnonzero(distinct_corners(now))
+        whole = np.flatnonzero(has_distinct_corners(now))
         flat = whole[find_faces_without_area(V, now[whole], ROUNDING_MARGIN)] if len(whole) else whole
         corners = now[flat]
         extent = np.abs(V[corners]).max(axis=(1, 2), initial=0)

@@ -29,7 +29,7 @@ from igl_linabf.angles.full_system import (
 )
 from igl_linabf.flattening import linabf_angles
 from igl_linabf.linalg import Solvers, has_cholmod
-from igl_linabf.surface import Mesh, build_topology, measure, planar_mesh
+from igl_linabf.surface import Mesh, build_topology, measure_faces, planar_mesh
 
 SURFACES = ("bumps", "cortex", *DISKS)
 
@@ -67,7 +67,7 @@ def test_a_hole_adds_one_row_to_the_system(name: str) -> None:
     topology = build_topology(F, vertices)
     assert len(topology.loops) > 1
     constraints = build_constraints(topology)
-    double_area, dot = measure(V, topology.corner, vertices)
+    double_area, dot = measure_faces(V, topology.corner, vertices)
     alpha = np.arctan2(double_area, dot)
     system = System(constraints, alpha)
     M = interior_rows(constraints, alpha)
@@ -97,7 +97,7 @@ def test_in_the_conformal_metric_the_system_is_two_laplacians(name: str) -> None
     K = sparse.bsr_array((element, np.arange(m), np.arange(m + 1)), shape=(3 * m, 3 * m))
     M = interior_rows(build_constraints(mesh.topology), alpha)
     S = (M @ K @ M.T).tocsr()
-    inside = mesh.topology.interior
+    inside = mesh.topology.is_interior
     L = -igl.cotmatrix(V, F)[inside][:, inside]
     scale = abs(L).max()
     assert abs(S[0::2][:, 0::2] - L).max() <= 1e-9 * scale
@@ -132,12 +132,12 @@ def test_the_exponential_map_switch_scales_only_spikes() -> None:
     mesh = planar_mesh(V, F)
     flat = np.array(V)
     flat[:, 2] = 0
-    spike = int(np.flatnonzero(mesh.topology.interior)[0])
+    spike = int(np.flatnonzero(mesh.topology.is_interior)[0])
     flat[spike, 2] = 0.06
     mesh = planar_mesh(flat, F)
     alpha = corner_angles(mesh)
     total = mesh.topology.sum_at_vertices(alpha)
-    far = (mesh.topology.interior) & (np.abs(total - 2 * np.pi) > 1.0)
+    far = (mesh.topology.is_interior) & (np.abs(total - 2 * np.pi) > 1.0)
     assert far[spike]
     assert far.sum() < 5
     bare = initial_estimate(mesh.topology, alpha, threshold=1.0, to_triangles=False)

@@ -20,8 +20,8 @@ from igl_linabf.surface import Polygons
 
 
 def list_edges(F: object) -> set[tuple[int, int]]:
-    polygons = Polygons.of(F)
-    pairs = np.column_stack((polygons.corners, polygons.corners[polygons.following]))
+    polygons = Polygons.from_faces(F)
+    pairs = np.column_stack((polygons.corners, polygons.corners[polygons.next_corner]))
     return set(map(tuple, np.sort(pairs, axis=1).tolist()))
 
 
@@ -51,7 +51,7 @@ def signed_areas(points: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, float]:
 @given(st.integers(4, 12) | st.sampled_from([40, 230]), st.integers(0, 2**32 - 1))
 def test_triangles_of_a_simple_polygon_are_not_flipped(k: int, seed: int) -> None:
     points = star(k, seed)
-    triangles = Polygons.of([list(range(k))]).split(points)
+    triangles = Polygons.from_faces([list(range(k))]).triangulate(points)
     areas, whole = signed_areas(points, triangles.F)
     assert len(areas) == k - 2
     assert areas.min() > -1e-12
@@ -61,7 +61,7 @@ def test_triangles_of_a_simple_polygon_are_not_flipped(k: int, seed: int) -> Non
 
 def test_a_corner_on_a_straight_side_keeps_its_triangle() -> None:
     points = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0], [3, 1, 0], [0, 1, 0]])
-    triangles = Polygons.of([[0, 1, 2, 3, 4, 5]]).split(points).F
+    triangles = Polygons.from_faces([[0, 1, 2, 3, 4, 5]]).triangulate(points).F
     assert signed_areas(points, triangles)[0].min() > 0.1
     assert set(triangles.ravel().tolist()) == set(range(6))
 
@@ -79,7 +79,7 @@ def test_a_corner_on_a_straight_side_keeps_its_triangle() -> None:
 )
 def test_no_diagonal_is_an_edge_or_a_diagonal_of_another_polygon(F: list[list[int]]) -> None:
     V = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [3, 3, 1], [1, 1, 3], [5, 4, 2], [-1, 1, 0.0]])
-    made = Polygons.of(F).split(V)
+    made = Polygons.from_faces(F).triangulate(V)
     owners: dict[tuple[int, ...], set[int]] = {}
     for corner, face in zip(made.F.tolist(), made.face.tolist(), strict=True):
         for pair in itertools.pairwise([*corner, corner[0]]):
@@ -210,15 +210,15 @@ def test_repairs_name_polygons() -> None:
 
 def test_the_split_does_not_depend_on_the_scale_and_does_not_warn() -> None:
     V = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [1, 0.5, 0], [0, 2, 0.0]])
-    faces = Polygons.of([[0, 1, 2, 3, 4]])
+    faces = Polygons.from_faces([[0, 1, 2, 3, 4]])
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        local = faces.split(V).F
+        local = faces.triangulate(V).F
         for scale in (1e-300, 1e-150, 1e150, 8e307):
-            assert (local == faces.split(V * scale).F).all()
+            assert (local == faces.triangulate(V * scale).F).all()
         for broken in (np.nan, np.inf):
             V[2, 0] = broken
-            assert faces.split(V).F.shape == (3, 3)
+            assert faces.triangulate(V).F.shape == (3, 3)
             with pytest.raises(MeshError, match="vertices 2 are NaN or infinite"):
                 unwrap(V, [[0, 1, 2, 3, 4]])
 

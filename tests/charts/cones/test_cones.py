@@ -404,7 +404,7 @@ def test_turning_handles_by_quarters_costs_little(name: str) -> None:
 
 
 def test_scaled_triangles_close_around_vertices_and_along_handles() -> None:
-    surface = Submesh.checked_manifold(*load("nut"))
+    surface = Submesh.manifold_from_input(*load("nut"))
     piece = ClosedSurface.of(surface)
     paths = find_closed_paths(surface, piece.graph, find_seam(piece, np.zeros(0, dtype=np.int64)))
     corners = surface.V[surface.F.T]

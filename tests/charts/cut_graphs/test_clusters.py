@@ -31,7 +31,7 @@ NAMES = (
 
 
 def surface(name: str) -> Submesh:
-    return max(Submesh.checked_manifold(*load(name)).components(), key=lambda part: len(part.F))
+    return max(Submesh.manifold_from_input(*load(name)).split_components(), key=lambda part: len(part.F))
 
 
 def subdivide_beyond_clusters(name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -109,7 +109,7 @@ def test_seams_of_large_surfaces_do_not_depend_on_position_or_other_components(n
 
 @pytest.mark.parametrize("name", ["closed__optcuts_horse_f10000.obj", "handles__bff_punctured-torus.obj"])
 def test_seams_found_on_clusters_cost_no_more_than_on_the_surface(name: str, monkeypatch) -> None:
-    part = Submesh.checked_manifold(*subdivide_beyond_clusters(name))
+    part = Submesh.manifold_from_input(*subdivide_beyond_clusters(name))
     piece, costs = ClosedSurface.of(part), []
     node = np.full(len(part.V), -1)
     node[piece.edges.ravel()] = piece.graph.ends.ravel()
@@ -145,7 +145,7 @@ def level_set(
     grid = np.ascontiguousarray(grid.reshape(-1, 3)[:, ::-1])
     V, F, *_ = igl.marching_cubes(function(*grid.T), grid, *3 * [points], 0.0)
     V, F, *_ = clean(V, F)
-    body = max(Submesh.checked(V, F).components(), key=lambda part: len(part.F))
+    body = max(Submesh.from_input(V, F).split_components(), key=lambda part: len(part.F))
     return body.V, body.F
 
 
@@ -167,7 +167,7 @@ def test_large_bodies_with_many_handles_become_good_charts(
     body: Callable[..., np.ndarray], reach: float, points: int, handles: int
 ) -> None:
     V, F = level_set(body, reach, points)
-    whole = Submesh.checked_manifold(V, F)
+    whole = Submesh.manifold_from_input(V, F)
     assert len(V) > clusters.MAX_CLUSTERS
     assert whole.topology.genus == handles
     assert bool(whole.topology.loops) == (body is schwarz)

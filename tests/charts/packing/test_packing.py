@@ -339,7 +339,7 @@ def test_planes_are_not_cut_for_a_fuller_page(name: str) -> None:
     whole = unwrap(V, F, find_seams(V, F))
     cut = unwrap(V, F, packing=Packing(resolution=1024, padding=4))
     assert cut.fill > whole.fill and len(cut.charts) > len(whole.charts)
-    creased = CreasedSurface(Submesh.checked(V, F))
+    creased = CreasedSurface(Submesh.from_input(V, F))
     across = creased.in_one_plane[find_seam_prices(creased, cut.FTC)[0]]
     assert not across.any()
 
@@ -389,7 +389,7 @@ def test_trial_parts_equal_packed_parts() -> None:
     place = np.random.default_rng(0).permutation(len(V))
     V, F = V[np.argsort(place)], place[F]
     bent = np.column_stack((V, np.sin(3 * V).sum(axis=1)))
-    surface = Submesh.checked(bent, F)
+    surface = Submesh.from_input(bent, F)
     chart = FlatChart(CreasedSurface(surface), surface, V * [2, 1], 0)
     lines = [([1, 0.3], 1.1), ([0.2, 1], 0.5), ([1, 1], 1.4)]
     for groups in (chart.atoms(), chart.groups(6)):

@@ -127,7 +127,7 @@ def test_a_small_chart_stays_apart_along_kept_seams_in_either_order_of_their_ver
     V, F = igl.triangulated_grid(20, 20)
     V = np.column_stack((V, np.zeros(len(V))))
     corner = (V[F].mean(axis=1)[:, :2] < [0.1, 0.05]).all(axis=1)
-    surface = Submesh.checked(V, F)
+    surface = Submesh.from_input(V, F)
     rims = [np.sort(igl.boundary_facets(part)[0], axis=1) for part in (F[~corner], F[corner])]
     one, other = ({tuple(edge) for edge in rim.tolist()} for rim in rims)
     seam = np.array(sorted(one & other))

@@ -10,7 +10,7 @@ from nasty_meshes import sphere
 from igl_linabf import flatten, unwrap
 from igl_linabf.charts.splitting.tips import find_seams_to_tips
 from igl_linabf.measures import measure_change
-from igl_linabf.surface import Submesh, compact
+from igl_linabf.surface import Submesh, drop_unused_vertices
 
 LIMBS = np.array([[1, 0, 0], [0, 1, 0], [0, 0.3, 1.0], -np.ones(3) / np.sqrt(3)])
 LIMBS /= np.linalg.norm(LIMBS, axis=1)[:, None]
@@ -20,8 +20,8 @@ def ball_with_limbs(height: float) -> Submesh:
     """Return a ball with four limbs, open at the bottom."""
     V, F = sphere(5)
     out = 1 + height * np.exp((V @ LIMBS.T - 1) / 0.03).max(axis=1)
-    kept, F = compact(F[V[F][:, :, 2].max(axis=1) > -0.9], len(V))
-    return Submesh.checked((V * out[:, None])[kept], F)
+    kept, F = drop_unused_vertices(F[V[F][:, :, 2].max(axis=1) > -0.9], len(V))
+    return Submesh.from_input((V * out[:, None])[kept], F)
 
 
 def test_a_seam_ends_at_the_tip_of_each_limb() -> None:

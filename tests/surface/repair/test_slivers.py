@@ -15,7 +15,7 @@ from conftest import Surface, load
 from igl_linabf import ChartOptions, MeshError, MeshWarning, flatten, quality, unwrap
 from igl_linabf.angles import CAP_ANGLE, System, build_constraints
 from igl_linabf.flattening import Outcome
-from igl_linabf.surface import planar_topology
+from igl_linabf.surface import build_planar_topology
 
 
 def insert_points(kind: str, eps: float, count: int) -> Surface:
@@ -81,7 +81,7 @@ def test_needles_of_any_length_are_flattened(eps: float) -> None:
 def test_the_system_keeps_its_digits_beside_angles_near_pi() -> None:
     """The diagonal of S is compared with rational arithmetic, where P = diag(w) - w w^T / d."""
     V, F = insert_points("caps", 1e-7, 40)
-    topology = planar_topology(F, np.arange(len(V)))
+    topology = build_planar_topology(F, np.arange(len(V)))
     alpha = igl.internal_angles(V, F).T
     constraints = build_constraints(topology)
     ours = System(constraints, alpha).build_matrix().to_sparse().diagonal().reshape(-1, 2)

@@ -108,7 +108,7 @@ def _parse_model(model: Any, size: int) -> MeshFile:
     if not V:
         raise Damaged("it has no object")
     rows_of_kind = {kind: np.concatenate(index) for kind, index in rows.items()}
-    polygons = Polygons.of_triangles(np.concatenate(F))
+    polygons = Polygons.from_triangles(np.concatenate(F))
     material = rows_of_kind["material"][:, 0]
     source = ThreeMfFile(
         _read_metadata(model),
@@ -122,7 +122,7 @@ def _parse_model(model: Any, size: int) -> MeshFile:
         + ("materials hidden by colours",) * properties.covered,
         source=source,
     )
-    if not polygons.outside(points).any():
+    if not polygons.find_out_of_range(points).any():
         extras = replace(extras, **assign_colours(rows_of_kind, properties, polygons.corners, points))
     if (material >= 0).any():
         words, looks = zip(*properties.materials, strict=True)

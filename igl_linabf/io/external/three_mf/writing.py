@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...._types import BoolArray, FloatArray
-from ....errors import MeshError, MeshWarning, some, stack_level
-from ....surface import distinct_corners
+from ....errors import MeshError, MeshWarning, first_few, stack_level
+from ....surface import has_distinct_corners
 from ...materials import COLOUR
 from ...mesh_file import MeshFile
 from ...parsing import import_optional
@@ -96,14 +96,16 @@ def _count_decimals(rows: FloatArray) -> int:
 def _find_valid_triangles(mesh: MeshFile) -> BoolArray:
     """Return a mask of the triangles that 3MF can store; warn of faces with degenerate triangles."""
     F = mesh.triangles
-    kept = distinct_corners(F)
+    kept = has_distinct_corners(F)
     left_out = np.unique(mesh.split.face[~kept])
     if len(left_out) == len(mesh.polygons):
         raise MeshError(
             "no face has three distinct vertices, which 3MF requires: write OBJ, or remove the faces"
         )
     if len(left_out):
-        message = f"faces {some(left_out)} have a vertex twice, which 3MF does not allow: they are left out"
+        message = (
+            f"faces {first_few(left_out)} have a vertex twice, which 3MF does not allow: they are left out"
+        )
         warnings.warn(message, MeshWarning, stacklevel=stack_level())
     return kept
 
