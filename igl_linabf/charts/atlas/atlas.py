@@ -336,9 +336,12 @@ def list_unmet_bounds(atlas: Atlas) -> list[str]:
     """Return one sentence for each bound on the whole atlas that is not met."""
     unmet, bounds, energy = [], atlas.report.bounds, mean_energy(atlas)
     if bounds.max_dirichlet is not None and not energy <= bounds.max_dirichlet:
+        other = any(chart.result.method != "isometric" for chart in atlas.charts)
         unmet.append(
             f"the atlas has a mean symmetric Dirichlet energy of {energy:.6g}, beyond max_dirichlet = "
-            f"{bounds.max_dirichlet:.6g}, for every trade tried: give a larger bound, or method='isometric'"
+            f"{bounds.max_dirichlet:.6g}, for every trade tried: give a larger bound"
+            + ", or method='isometric'"
+            * other
         )
     if bounds.max_charts is not None and len(atlas.charts) > bounds.max_charts:
         unmet.append(
