@@ -38,16 +38,16 @@ Replacement = tuple[Any, str, Any]  # (module or class, name, replacement)
 
 
 def no_panels(panels: Panels) -> np.ndarray:
-    return np.zeros(len(panels.creased.extent), dtype=bool)
+    return np.zeros(len(panels.creased.component_extent), dtype=bool)
 
 
 MECHANISMS: dict[str, list[Replacement]] = {
     "nothing": [],
     "panels, also rounded ones": [
-        (Panels, "find_components", no_panels),
-        (RoundedPanels, "find_components", no_panels),
+        (Panels, "mask_panel_components", no_panels),
+        (RoundedPanels, "mask_panel_components", no_panels),
     ],
-    "rounded panels": [(RoundedPanels, "find_components", no_panels)],
+    "rounded panels": [(RoundedPanels, "mask_panel_components", no_panels)],
     "maps that compare panels with a tree": [(search.SeamSearch, "_measure_cost", lambda *_: -np.inf)],
     "a tree beside panels": [(search, "CHEAP_PANELS", 1e9)],
     "clusters": [(clusters, "MAX_CLUSTERS", 10**9)],
@@ -60,7 +60,9 @@ MECHANISMS: dict[str, list[Replacement]] = {
     "seams for measured stretch": [(charting, "MIN_SOUGHT_SEAM_LENGTH", 1e9)],
     "seams to tips": [(charting, "TIP_STRETCH", 1e9)],
     "uncut charts": [(charting, "_undo_costly_cuts", lambda done, *_: done)],
-    "least seams between overlaps": [(charting, "split_overlaps", lambda piece, _: charting.bisect(piece))],
+    "least seams between overlaps": [
+        (charting, "split_overlaps", lambda piece, _: charting.bisect_piece(piece))
+    ],
     "small charts": [(charting, "merge_small_charts", lambda done, *_: done)],
     "cuts for fuller pages": [(unwrapping, "cut_for_fill", lambda done, *_: (done, np.inf))],
 }

@@ -17,5 +17,5 @@ from .packing import page_size as page_size
 from .packing import resolve_packing as resolve_packing
 from .panels import compute_overlap_depths as compute_overlap_depths
 from .seams import cut, find_seams
-from .splitting import make_bijective, separating_seams
+from .splitting import find_separating_seams, make_bijective
 from .unwrapping import unwrap

@@ -37,13 +37,13 @@ from ..measures import (
 from ..surface import Cleaned, Submesh, check_finite, seam_mask
 from . import constants
 from .atlas import Chart, compute_division_price, flatten_piece, map_sides_to_cleaned, open_slivers
-from .cut_graphs import ClosedSurface, isometric_stretch, stretch_weight
-from .features import CreasedSurface, extent
+from .cut_graphs import ClosedSurface, get_stretch_weight, predict_isometric_stretch
+from .features import CreasedSurface, measure_extent
 from .options import ChartRules
 from .splitting import (
     TIP_STRETCH,
-    MapMeasure,
-    bisect,
+    MapDistortion,
+    bisect_piece,
     find_seams_to_tips,
     merge_small_charts,
     move_parts_apart,
@@ -106,8 +106,8 @@ def cut_into_pieces(
         pieces = surface.cut(mask)
     if not rules.may_find_seams:
         return pieces, given
-    search = rules.search
-    found = [piece.cut_along(search.seams(piece)) for piece in pieces]
+    search = rules.seam_search
+    found = [piece.cut_along(search.find_seams(piece)) for piece in pieces]
     return [part for parts in found for part in parts], given
 
 
@@ -204,7 +204,7 @@ def make_charts(pieces: list[Submesh], given: IntArray, rules: ChartRules) -> li
         waiting = parts
     done.sort(key=lambda entry: entry[0])  # parts of a piece become consecutive
     done = _undo_costly_cuts(done, uncut, pieces, rules)
-    done = merge_small_charts(done, rules.most_stretch, given)
+    done = merge_small_charts(done, rules.stretch_limit, given)
     return [(chart, piece) for _, chart, piece in done]
 
 
@@ -219,7 +219,7 @@ def _undo_costly_cuts(
         saved = area @ [chart.quality.stretch_l2 - part.quality.stretch_l2 for _, part, _ in parts]
         price = compute_division_price(CreasedSurface(piece, rules.hidden), [part for _, _, part in parts])
         length = price / np.sqrt(whole / 2)
-        if not saved * stretch_weight(rules.method) > rules.worth(length):
+        if not saved * get_stretch_weight(rules.method) > rules.get_required_gain(length):
             done[first:last] = [(key, chart, piece)]
     return done
 
@@ -265,23 +265,23 @@ def _try_piece(work: _PendingPiece, rules: ChartRules, made: _PieceMap | None) -
     try:
         made = _flatten_single_piece(piece, rules) if made is None else made
     except SingularSystemError:  # because some faces are negligibly small
-        if parts := bisect(piece):
+        if parts := bisect_piece(piece):
             return _FlattenedPiece(None, parts, Reason.THIN)
         raise
     if len(made.result.flipped) and rules.may_find_seams:
         if parts := _cut_for_flips(piece, len(made.result.flipped), rounds[Reason.FLIPS], rules):
             return _FlattenedPiece(None, parts, Reason.FLIPS)
         made = _flatten_without_flips(piece, made, rules)
-    if _exceeds_double_precision(piece, made.result) and (parts := bisect(piece)):
+    if _exceeds_double_precision(piece, made.result) and (parts := bisect_piece(piece)):
         return _FlattenedPiece(None, parts, Reason.THIN)
     if len(made.pairs):
         made, parts = _resolve_overlaps(piece, made, rounds[Reason.OVERLAP], rules)
         if parts:
             return _FlattenedPiece(None, parts, Reason.OVERLAP)
-    change = MapMeasure(piece, made.result.uv)
+    change = MapDistortion(piece, made.result.uv)
     quality = made.quality
     if quality is None:
-        quality = measure_quality(piece, made.result.uv, len(made.pairs), change.at_triangles)
+        quality = measure_quality(piece, made.result.uv, len(made.pairs), change.triangle_changes)
     result = report_overlaps(made.result, piece.faces[made.pairs])
     reasons = tuple(reason.value for reason in rounds)
     chart = Chart(
@@ -290,7 +290,7 @@ def _try_piece(work: _PendingPiece, rules: ChartRules, made: _PieceMap | None) -
     parts = _cut_for_stretch(piece, change, quality.stretch_l2, rounds[Reason.STRETCH], rules)
     if not parts:
         return _FlattenedPiece(chart, [], None)
-    usable = quality.stretch_l2 <= rules.most_stretch and made.result.outcome.good and not len(made.pairs)
+    usable = quality.stretch_l2 <= rules.stretch_limit and made.result.outcome.good and not len(made.pairs)
     return _FlattenedPiece(chart if usable else None, parts, Reason.STRETCH)
 
 
@@ -327,7 +327,7 @@ def _flatten_without_flips(piece: Submesh, made: _PieceMap, rules: ChartRules) -
 
 def _exceeds_double_precision(piece: Submesh, result: Flattening) -> bool:
     """Return True if a map is practically a line, or if flipped triangles have shrunk to points."""
-    size, corners = extent(result.uv), result.uv[piece.F[result.flipped]]
+    size, corners = measure_extent(result.uv), result.uv[piece.F[result.flipped]]
     is_line = float(piece.areas_and_products[0].sum()) <= NEEDLE_AREA * size**2
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     return is_line or bool((longest <= POINT_SIZE * size).any())
@@ -341,14 +341,14 @@ def _resolve_overlaps(
     Return the map and a list of the parts, which is empty if the piece is not cut.
     """
     if rules.repair_overlaps and not made.result.holes:
-        moved = move_parts_apart(piece, made.result, MapMeasure(piece, made.result.uv))
+        moved = move_parts_apart(piece, made.result, MapDistortion(piece, made.result.uv))
         if moved is not None:
             result, cost = moved
             return _PieceMap(
                 result, find_overlapping_pairs_of_chart(piece.topology, result.uv), None, cost
             ), []
     if rounds >= constants.MAX_OVERLAP_ROUNDS:
-        return made, bisect(piece)
+        return made, bisect_piece(piece)
     parts = split_overlaps(piece, piece.faces[made.pairs])
     if len(parts) > 1:
         return made, parts
@@ -364,37 +364,37 @@ def _cut_for_flips(piece: Submesh, flips: int, rounds: int, rules: ChartRules) -
     if rounds < (MAX_SEAM_ROUNDS if few else MAX_SEAM_ROUNDS_WITH_MANY_FLIPS):
         leaves = _find_more_seams(piece, rules)
         return piece.cut_along(leaves) if len(leaves) else []
-    return bisect(piece) if rounds < MAX_FLIP_ROUNDS else []
+    return bisect_piece(piece) if rounds < MAX_FLIP_ROUNDS else []
 
 
 def _cut_for_stretch(
-    piece: Submesh, change: MapMeasure, stretch: float, rounds: int, rules: ChartRules
+    piece: Submesh, change: MapDistortion, stretch: float, rounds: int, rules: ChartRules
 ) -> list[Submesh]:
     """Cut a piece further if the saved stretch may be worth the seam, or if `max_stretch` requires it."""
-    seams, too_much = _NO_SEAM, stretch > rules.most_stretch
+    seams, too_much = _NO_SEAM, stretch > rules.stretch_limit
     if rules.weighs_stretch and rounds < MAX_SEAM_ROUNDS:
-        if stretch > 1 + rules.worth(MIN_SOUGHT_SEAM_LENGTH):
-            seams = rules.search.seams(piece)
+        if stretch > 1 + rules.get_required_gain(MIN_SOUGHT_SEAM_LENGTH):
+            seams = rules.seam_search.find_seams(piece)
         if not len(seams) and stretch > TIP_STRETCH:
-            seams = find_seams_to_tips(piece, change.at_triangles, rules.trade, rules.hidden)
+            seams = find_seams_to_tips(piece, change.triangle_changes, rules.trade, rules.hidden)
     if too_much and not len(seams) and rounds < MAX_SEAM_ROUNDS:
         seams = _find_more_seams(piece, rules)
     if len(seams):
         return piece.cut_along(seams)
-    return bisect(piece) if too_much and rounds < MAX_STRETCH_ROUNDS else []
+    return bisect_piece(piece) if too_much and rounds < MAX_STRETCH_ROUNDS else []
 
 
 def _cut_to_disk(piece: Submesh, rules: ChartRules) -> list[Submesh]:
     """Cut a piece into a disk along the shortest seams between its holes."""
-    shortest = replace(rules, trade=0.0, keep_holes=False).search
-    return piece.cut_along(shortest.needed_seams(piece))
+    shortest = replace(rules, trade=0.0, keep_holes=False).seam_search
+    return piece.cut_along(shortest.find_needed_seams(piece))
 
 
 def _find_more_seams(piece: Submesh, rules: ChartRules) -> IntArray:
     """Find seams for a piece that can stay uncut, by doubling `trade` until seams are found."""
     for k in range(1, MAX_TRADE_DOUBLINGS + 1):
-        search = replace(rules, trade=max(rules.trade, 1.0) * 2.0**k).search
-        if len(seams := search.seams(piece)):
+        search = replace(rules, trade=max(rules.trade, 1.0) * 2.0**k).seam_search
+        if len(seams := search.find_seams(piece)):
             return seams
     return _NO_SEAM
 
@@ -405,11 +405,11 @@ def _find_seams_for_even_texels(piece: Submesh, rules: ChartRules) -> IntArray:
     The stretch is predicted, which takes far less time than flattening the piece. With seams for
     `trade` = t, the L2 stretch minus 1 is roughly proportional to t**-0.5.
     """
-    if rules.even_stretch == np.inf or not piece.topology.loops:
+    if rules.even_stretch_limit == np.inf or not piece.topology.loops:
         return _NO_SEAM
-    closed = ClosedSurface.of(piece, isometric=True)
-    stretch = isometric_stretch(closed, np.arange(closed.graph.n_holes))
-    uneven = (stretch - 1) / (rules.even_stretch - 1)
+    closed = ClosedSurface.from_submesh(piece, isometric=True)
+    stretch = predict_isometric_stretch(closed, np.arange(closed.graph.n_holes))
+    uneven = (stretch - 1) / (rules.even_stretch_limit - 1)
     if uneven <= 1:
         return _NO_SEAM
-    return replace(rules, trade=uneven**2 * rules.trade).search.seams(piece)
+    return replace(rules, trade=uneven**2 * rules.trade).seam_search.find_seams(piece)

@@ -14,7 +14,7 @@ CREASE_ANGLE = np.deg2rad(15.0)  # minimum dihedral angle of a crease
 SHARP_CREASE_ANGLE = np.deg2rad(40.0)  # minimum dihedral angle of a sharp crease, where shading breaks
 
 
-def edge_prices(length: FloatArray, bend: FloatArray, is_hard: BoolArray) -> FloatArray:
+def compute_edge_prices(length: FloatArray, bend: FloatArray, is_hard: BoolArray) -> FloatArray:
     """Return the price of a seam along each edge.
 
     A seam is less visible along a crease. It is hardly visible along a sharp crease of a body with planes,
@@ -88,6 +88,6 @@ class AtlasCost:
         return f"cost {self.total:.3g}, in units of L2 stretch: {terms}"
 
 
-def page_cost(fill: float) -> float:
+def compute_page_cost(fill: float) -> float:
     """Return the cost of pages; `fill` is the share of the pages that charts cover."""
     return 1 / fill - 1 if fill > 0 else float("inf")

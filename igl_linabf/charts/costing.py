@@ -3,8 +3,8 @@
 import numpy as np
 
 from .atlas import Atlas, find_seam_prices
-from .cost import AtlasCost, page_cost
-from .cut_graphs import stretch_weight
+from .cost import AtlasCost, compute_page_cost
+from .cut_graphs import get_stretch_weight
 from .features import CreasedSurface
 from .options import ChartRules
 
@@ -14,7 +14,9 @@ def measure_cost(creased: CreasedSurface, atlas: Atlas, rules: ChartRules) -> At
     own = np.bincount(atlas.chart, creased.surface.areas_and_products[0], len(atlas.charts))
     stretch = max(own @ [chart.quality.stretch_l2 - 1 for chart in atlas.charts] / own.sum(), 0.0)
     rows, price = find_seam_prices(creased, atlas.FTC)
-    area = creased.double_area / 2
-    size = np.sqrt(area[creased.label[creased.faces[rows, 0]]])  # size of the component of each seam edge
-    seams = rules.worth(float(price @ size / area.sum())) if len(rows) else 0.0
-    return AtlasCost(stretch_weight(rules.method) * float(stretch), seams, page_cost(atlas.fill))
+    area = creased.component_double_area / 2
+    size = np.sqrt(
+        area[creased.component_of_face[creased.faces_of_edges[rows, 0]]]
+    )  # size of the component of each seam edge
+    seams = rules.get_required_gain(float(price @ size / area.sum())) if len(rows) else 0.0
+    return AtlasCost(get_stretch_weight(rules.method) * float(stretch), seams, compute_page_cost(atlas.fill))

@@ -10,12 +10,12 @@ from .features import CreasedSurface
 ON_ONE_SIDE, ON_THE_OTHER, ON_EITHER = 0, 1, -1  # sides of a minimum cut on which a polygon must be
 
 
-def edges_between_polygons(piece: Submesh) -> tuple[IntArray, FloatArray]:
+def find_edges_between_polygons(piece: Submesh) -> tuple[IntArray, FloatArray]:
     """Return the polygons on both sides of each edge that may be cut, (2, #E), and the price of each edge."""
     inside = piece.cuttable_edges
     polygon = piece.polygon_labels
     sides = polygon[piece.topology.sides[:, inside] % len(piece.F)]
-    price = CreasedSurface(piece).price[np.searchsorted(piece.topology.interior_edges, inside)]
+    price = CreasedSurface(piece).edge_price[np.searchsorted(piece.topology.interior_edges, inside)]
     return np.asarray(sides), price
 
 
@@ -46,7 +46,7 @@ def divide_at_least_cut(sides: IntArray, price: FloatArray, terminal: IntArray) 
     return np.asarray(behind[node])
 
 
-def terminals_beside_line(along: FloatArray, band: float) -> IntArray:
+def find_terminals_beside_line(along: FloatArray, band: float) -> IntArray:
     """Return the terminals of a minimum cut near a line.
 
     `along` has the signed distances of the polygons from the line. Polygons outside a band around the line

@@ -183,7 +183,7 @@ def resolve_options(
             "seams=, or leave them out"
         )
     coned = cones if cones is None or isinstance(cones, Cones) else Cones(cones)
-    request = PackingRequest.of(packing)
+    request = PackingRequest.from_packing(packing)
     if coned is not None and request.unseen != 1:
         raise ValueError(
             "unseen= and cones= do not go together, because cones match the texels across seams: "
@@ -207,10 +207,10 @@ class ChartRules:
     hidden: FloatArray | None
 
     @classmethod
-    def of(
+    def from_options(
         cls, method: Method, asked: ChartOptions, seams_given: bool, hidden: FloatArray | None
     ) -> ChartRules:
-        """Return the rules for a call of `unwrap`; `hidden` are the `hiding_weights`."""
+        """Return the rules for a call of `unwrap`; `hidden` are the results of `compute_hiding_weights`."""
         return cls(
             method,
             not seams_given or asked.extend,
@@ -222,11 +222,11 @@ class ChartRules:
         )
 
     @property
-    def search(self) -> SeamSearch:
+    def seam_search(self) -> SeamSearch:
         """The search for seams with the options of these rules."""
         return SeamSearch(self.trade, self.method, self.keep_holes, self.hidden)
 
-    def worth(self, length: float) -> float:
+    def get_required_gain(self, length: float) -> float:
         """Return the decrease of the L2 stretch that justifies a seam of the given length.
 
         The length is in square roots of the area.
@@ -234,15 +234,15 @@ class ChartRules:
         return length / self.trade if self.trade else np.inf
 
     @property
-    def most_stretch(self) -> float:
+    def stretch_limit(self) -> float:
         """Maximum L2 stretch of a chart; charts with more stretch are cut further."""
         if self.max_stretch is not None:
             return self.max_stretch * (1 + STRETCH_ROUNDING)
-        measured = 1 + MEASURED_OVER_EXPECTED * (self.even_stretch - 1)
+        measured = 1 + MEASURED_OVER_EXPECTED * (self.even_stretch_limit - 1)
         return min(UNUSABLE_STRETCH, measured) if self.may_find_seams else np.inf
 
     @property
-    def even_stretch(self) -> float:
+    def even_stretch_limit(self) -> float:
         """Expected L2 stretch of an isometric map up to which a piece needs no more seams."""
         if not (self.weighs_stretch and self.trade and isinstance(self.method, Isometric)):
             return np.inf

@@ -42,20 +42,20 @@ def search_trade(make: Callable[[float], Atlas], asked: ChartOptions) -> Atlas:
         with progress_part("search", end), warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             atlas = make(trade)
-        if best is None or _rank(atlas) < _rank(best):
+        if best is None or _make_ranking_key(atlas) < _make_ranking_key(best):
             best, dropped, issued = atlas, issued, [*caught]
         else:
             dropped = caught
         issued += [warning for warning in dropped if not issubclass(warning.category, FallbackWarning)]
         unmet = list_unmet_bounds(atlas)
         if asked.max_dirichlet is not None:
-            longer = not _energy_excess(atlas) <= 1
+            longer = not _compute_energy_excess(atlas) <= 1
         elif unmet or trial:
             longer = not unmet
         else:
             break
         low, high = (trade, high) if longer else (low, trade)
-        following = _next_trade(low, high)
+        following = _choose_next_trade(low, high)
         if following is None:
             break
         trade = following
@@ -65,7 +65,7 @@ def search_trade(make: Callable[[float], Atlas], asked: ChartOptions) -> Atlas:
     return best
 
 
-def _next_trade(low: float, high: float) -> float | None:
+def _choose_next_trade(low: float, high: float) -> float | None:
     """Return the next `trade` to try above `low` and below `high`; None if the search is complete.
 
     `low` is 0 and `high` is infinite until trials have found these limits.
@@ -77,7 +77,7 @@ def _next_trade(low: float, high: float) -> float | None:
     return None if high / low <= SUFFICIENT_RATIO else float(np.sqrt(low * high))
 
 
-def _energy_excess(atlas: Atlas) -> float:
+def _compute_energy_excess(atlas: Atlas) -> float:
     """Return (energy - 4) divided by its largest allowed value; infinite if the energy is not finite."""
     largest = atlas.report.bounds.max_dirichlet
     if largest is None:
@@ -86,11 +86,11 @@ def _energy_excess(atlas: Atlas) -> float:
     return excess if np.isfinite(excess) else np.inf
 
 
-def _rank(atlas: Atlas) -> tuple[bool, float, float]:
+def _make_ranking_key(atlas: Atlas) -> tuple[bool, float, float]:
     """Return a key for sorting atlases; the best atlas has the smallest key."""
     bounds = atlas.report.bounds
     charts = 0.0 if bounds.max_charts is None else len(atlas.charts) / bounds.max_charts
-    excess = max(_energy_excess(atlas), 1.0) + max(charts, 1.0)
+    excess = max(_compute_energy_excess(atlas), 1.0) + max(charts, 1.0)
     return (
         not atlas.good,
         excess,

@@ -46,15 +46,15 @@ from .atlas import (
     convert_seams_to_triangles,
     convert_to_given_mesh,
     convert_to_polygons,
-    empty_atlas,
     find_seams_and_mismatch,
+    make_empty_atlas,
     mark_diagonals,
     split_polygons,
 )
 from .charting import cut_into_pieces, make_charts
 from .cones import NO_CONES, ConeCharts, Cones, GivenCones, SurfaceCones, make_charts_with_cones
 from .costing import measure_cost
-from .features import CreasedSurface, find_unseen_charts, hiding_weights
+from .features import CreasedSurface, compute_hiding_weights, find_unseen_charts
 from .options import ChartOptions, ChartRules, resolve_method_of_charts, resolve_options
 from .packing import (
     MOST_TRIAL_CHARTS,
@@ -192,14 +192,14 @@ def unwrap(
         cleaned = replace(cleaned, repairs=convert_repairs_to_polygons(cleaned.repairs, split))
     _warn_of_repairs(cleaned)
     if not len(surface.F):
-        atlas = empty_atlas(cleaned, given)
+        atlas = make_empty_atlas(cleaned, given)
         return atlas if split is None else convert_to_polygons(atlas, split)
     if weld is None:
         _warn_of_doubled_edges(surface, cleaned)
     face = np.arange(len(given)) if split is None else split.face
     source = _Source(surface, cleaned, seams, given, asked.label_faces(face))
-    hidden = hiding_weights(surface, asked.hide, face)
-    rules = ChartRules.of(chosen, asked, seams is not None, hidden)
+    hidden = compute_hiding_weights(surface, asked.hide, face)
+    rules = ChartRules.from_options(chosen, asked, seams is not None, hidden)
     creased = CreasedSurface(surface, rules.hidden)
 
     def make(trade: float) -> Atlas:
@@ -242,11 +242,11 @@ def _unwrap_surface(
             pieces, kept = cut_into_pieces(surface, cleaned, source.seams, source.F, source.labels, rules)
         made = ConeCharts(make_charts(pieces, kept, rules), *NO_CONES)
     else:
-        placed = SurfaceCones.of(wanted, surface, cleaned)
+        placed = SurfaceCones.from_options(wanted, surface, cleaned)
         ends = constants.SEAMS_END, constants.CHARTS_END
         made = make_charts_with_cones(surface, placed, rules.method, ends)
     with progress_part("packing", 1.0):
-        atlas = _pack_charts(creased, made, request.scaled(cleaned.power), wanted, rules)
+        atlas = _pack_charts(creased, made, request.scale_by_power(cleaned.power), wanted, rules)
     report = replace(
         atlas.report, given_seams=kept, cones=made.cones, cone_angles=made.angles, coned=wanted is not None
     )
@@ -279,7 +279,7 @@ def _pack_with_period(
     surface: Submesh, charts: list[tuple[Chart, Submesh]], request: PackingRequest, period: float
 ) -> Atlas:
     """Pack charts so that seams of cones match after shifts by multiples of a period."""
-    spacing = request.spacing.for_charts(len(charts))
+    spacing = request.spacing.adapt_to_number_of_charts(len(charts))
 
     def pack(room: float) -> Atlas:
         return _make_atlas(surface, charts, replace(request, spacing=spacing.widen(room)))
@@ -353,7 +353,7 @@ def _pack_fully(
         placed = _place_charts(done, request)
         if measure_fill(placed) > enough:
             return _make_atlas(surface, done, request, placed)
-    parts, whole = cut_for_fill(creased, done, request, rules.trade, rules.most_stretch)
+    parts, whole = cut_for_fill(creased, done, request, rules.trade, rules.stretch_limit)
     if len(parts) == len(done):
         return _make_atlas(surface, done, request, placed)
     fuller = _place_charts(parts, request)
@@ -379,7 +379,7 @@ def _scale_maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, Int
 
 def _place_charts(done: list[tuple[Chart, Submesh]], request: PackingRequest) -> list[PackedChart]:
     """Place charts on pages; reduce the margin if it leaves no room for the charts."""
-    closer = request.spacing.for_charts(len(done)).limit_gap(_find_widest_gap(len(done)))
+    closer = request.spacing.adapt_to_number_of_charts(len(done)).limit_gap(_find_widest_gap(len(done)))
     return pack_maps(_scale_maps(done), replace(request, spacing=closer))
 
 
@@ -391,7 +391,7 @@ def _find_widest_gap(number: int) -> float:
 def _warn_of_narrow_gaps(number: int, request: PackingRequest) -> None:
     """Warn if the margin was reduced, because it left no room for the charts."""
     spacing, widest = request.spacing, _find_widest_gap(number)
-    if spacing.for_charts(number).gap > widest:
+    if spacing.adapt_to_number_of_charts(number).gap > widest:
         too_wide = f"a margin of {spacing.gap:g} leaves no room for {format_count(number, 'chart')}"
         warnings.warn(f"{too_wide}: it is reduced to {widest:.2g}", FallbackWarning, stacklevel=stack_level())
 

@@ -19,7 +19,7 @@ from ..angles import (
     limit_obtuse_angles,
     take_step_and_chord,
 )
-from ..layouts import MAX_BOUNDARY_GAP, develop_boundary, flatten_isometrically, harmonic_map
+from ..layouts import MAX_BOUNDARY_GAP, compute_harmonic_map, develop_boundary, flatten_isometrically
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..measures import find_crossed_loops, find_overlapping_pairs
 from ..surface import (
@@ -92,7 +92,9 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
         np.errstate(divide="ignore", invalid="ignore"),
     ):  # disks that are not solved well have invalid angles; their maps are discarded
         boundary = develop_boundary(constraints, at.residual)
-        z, solver = harmonic_map(boundary, at, constraints, None if lin is None else lin.laplacian, solvers)
+        z, solver = compute_harmonic_map(
+            boundary, at, constraints, None if lin is None else lin.laplacian, solvers
+        )
         areas = signed_double_areas(z, topology.corner)
         scale = np.abs(areas)
         z = normalize_maps(z, topology.corner, scale, disks.area, vertices.start, faces.start)

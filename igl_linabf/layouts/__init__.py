@@ -5,7 +5,7 @@ Zayer, Levy, Seidel 2007, section 5; Tutte 1963 and Floater 2003 (embeddings); R
 Degener, Meseth, Klein 2003 and Smith, De Goes, Kim 2019 (the isometric energy and its convex part).
 """
 
-from .boundary import Boundary, develop_boundary, harmonic_map
+from .boundary import Boundary, compute_harmonic_map, develop_boundary
 from .choice import (
     MAX_BOUNDARY_GAP,
     Layout,
@@ -20,4 +20,4 @@ from .choice import (
 from .conformal_energy import find_far_points, least_squares
 from .convex import embed_in_circle
 from .greedy import lay_out_greedily
-from .isometry import draw_to_pins, embed_in_boundary, flatten_isometrically, make_injective, make_isometric
+from .isometry import embed_in_boundary, flatten_isometrically, make_injective, make_isometric, pull_to_pins

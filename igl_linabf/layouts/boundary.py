@@ -49,7 +49,7 @@ def develop_boundary(constraints: Constraints, b: Residual) -> Boundary:
     return Boundary(vertices, z, gaps)
 
 
-def harmonic_map(
+def compute_harmonic_map(
     boundary: Boundary, at: Iterate, constraints: Constraints, laplacian: Analysis | None, solvers: Solvers
 ) -> tuple[ComplexArray, str]:
     """Compute a map with harmonic coordinates, given the positions of the boundary loops.

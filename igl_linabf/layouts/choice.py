@@ -31,7 +31,7 @@ from ..surface import (
     vertex_array,
     with_outer_loop,
 )
-from .boundary import Boundary, develop_boundary, harmonic_map
+from .boundary import Boundary, compute_harmonic_map, develop_boundary
 from .conformal_energy import find_far_points, least_squares
 from .greedy import lay_out_greedily
 
@@ -107,7 +107,7 @@ def lay_out(
         )
     try:
         if method == "boundary":
-            z, solver = harmonic_map(boundary, at, constraints, laplacian, solvers)
+            z, solver = compute_harmonic_map(boundary, at, constraints, laplacian, solvers)
         elif method == "least-squares":
             ends = slice(None) if prescribed else find_far_points(real_coordinates(boundary.z))
             index, position = rim[ends], boundary.z[ends]

@@ -277,7 +277,7 @@ def test_unwrap_warns_of_every_chart_that_flips_or_overlaps(
     name: str, method: str, says: str, monkeypatch
 ) -> None:
     monkeypatch.setattr(charting.constants, "MAX_OVERLAP_ROUNDS", 0)
-    monkeypatch.setattr(charting, "bisect", lambda _: [])
+    monkeypatch.setattr(charting, "bisect_piece", lambda _: [])
     V, F = spiral() if name == "spiral" else load(name)
     with pytest.warns(OutcomeWarning, match=rf"chart 0 .* {says}") as caught:
         atlas = unwrap(V, F, np.zeros((0, 2), dtype=int), method=method)

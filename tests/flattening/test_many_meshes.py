@@ -18,7 +18,7 @@ import igl_linabf as il
 from igl_linabf import ChartOptions
 from igl_linabf._runtime import map_in_threads
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.seams.growth import seam_cost
+from igl_linabf.charts.seams.growth import compute_seam_cost
 from igl_linabf.charts.seams.search import SeamSearch
 from igl_linabf.surface import Ragged, Submesh
 
@@ -246,15 +246,17 @@ def test_seams_of_many_small_bodies_cost_no_more_than_one_by_one() -> None:
     bodies = [body(rng, holes) for holes in (0, 1, 2, 3) for _ in range(8)]
     surface = Submesh.manifold_from_input(*place_side_by_side(bodies))
     search = SeamSearch(ChartOptions.trade, il.LinABF())
-    together = search.seams(surface)
+    together = search.find_seams(surface)
     ratio = []
     for component in surface.split_components():
-        piece = ClosedSurface.of(component)
+        piece = ClosedSurface.from_submesh(component)
         edges = component.vertices[piece.edges]
         found = np.isin(np.sort(edges) @ [surface.n_given, 1], np.sort(together) @ [surface.n_given, 1])
-        alone = search.seams(component)
+        alone = search.find_seams(component)
         right = np.isin(np.sort(edges) @ [surface.n_given, 1], np.sort(alone) @ [surface.n_given, 1])
-        cost, least = (seam_cost(piece, np.flatnonzero(seam), ChartOptions.trade) for seam in (found, right))
+        cost, least = (
+            compute_seam_cost(piece, np.flatnonzero(seam), ChartOptions.trade) for seam in (found, right)
+        )
         ratio.append((1 + cost) / (1 + least))
     assert np.mean(ratio) < 1.005 and max(ratio) < 1.1
     pieces = surface.cut_along(together)

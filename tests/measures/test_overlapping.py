@@ -9,7 +9,7 @@ import shapely
 from conftest import DISKS, load, tree_cut
 
 from igl_linabf import MeshError, MeshWarning, cut, flatten, quality
-from igl_linabf.charts import make_bijective, separating_seams
+from igl_linabf.charts import find_separating_seams, make_bijective
 from igl_linabf.measures import overlapping, overlaps
 from igl_linabf.surface import face_components
 
@@ -190,7 +190,7 @@ def test_natural_disks_do_not_overlap(name: str) -> None:
 
 def test_a_wound_strip_is_cut_across_once_a_turn() -> None:
     V, F, uv = strip()
-    seams = separating_seams(V, F, overlaps(uv, F))
+    seams = find_separating_seams(V, F, overlaps(uv, F))
     assert len(split_into_charts(V, F, seams)) == 3
     assert np.allclose(np.linalg.norm(V[seams[:, 0]] - V[seams[:, 1]], axis=1).sum(), 2 * 0.4)
 
@@ -205,7 +205,7 @@ def test_a_cut_model_is_taken_apart_into_at_most_three_charts(name: str, leaves:
         V, F = waiting.pop()
         pairs = overlaps(flatten(V, F).uv, F)
         if len(pairs):
-            waiting += split_into_charts(V, F, separating_seams(V, F, pairs))
+            waiting += split_into_charts(V, F, find_separating_seams(V, F, pairs))
         else:
             done += 1
     assert 2 <= done <= 3
@@ -221,7 +221,7 @@ def test_a_wound_strip_is_unwound_in_one_piece() -> None:
 def test_invalid_pairs_are_rejected(pairs: list) -> None:
     V, F, _ = strip()
     with pytest.raises(MeshError, match="pairs"):
-        separating_seams(V, F, pairs)
+        find_separating_seams(V, F, pairs)
 
 
 def test_a_list_with_too_many_pairs_says_that_there_are_more(monkeypatch: pytest.MonkeyPatch) -> None:

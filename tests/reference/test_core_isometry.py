@@ -16,7 +16,7 @@ class Given:
     def __init__(self):
         mesh = planar_mesh(*MESHES["crown"]())
         self.corner, self.n, rng = mesh.topology.corner, mesh.topology.n, np.random.default_rng(1)
-        rest = RestTriangles.of(
+        rest = RestTriangles.from_charts(
             self.corner, mesh.double_area, mesh.dot, Ragged.from_sizes([self.corner.shape[1]])
         )
         self.gradient, self.share = rest.gradient, rest.share

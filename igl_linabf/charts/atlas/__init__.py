@@ -15,7 +15,7 @@ from .atlas import (
     list_unmet_bounds,
     mean_energy,
 )
-from .given_mesh import convert_to_given_mesh, empty_atlas, map_sides_to_cleaned
+from .given_mesh import convert_to_given_mesh, make_empty_atlas, map_sides_to_cleaned
 from .pieces import flatten_piece, open_slivers, restrict_flattening, restrict_uv, scale_to_surface
 from .polygons import (
     convert_repairs_to_polygons,

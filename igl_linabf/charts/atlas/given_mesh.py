@@ -47,7 +47,7 @@ def convert_to_given_mesh(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
     )
 
 
-def empty_atlas(cleaned: Cleaned, F: IntArray) -> Atlas:
+def make_empty_atlas(cleaned: Cleaned, F: IntArray) -> Atlas:
     """Return the atlas of a mesh whose faces all have zero area: all corners are at one point."""
     return Atlas(
         TC=np.full((1, 2), 0.5),

@@ -176,7 +176,7 @@ def find_seam_prices(creased: CreasedSurface, texture: IntArray) -> tuple[IntArr
     """
     topology = creased.surface.topology
     rows = np.searchsorted(topology.interior_edges, find_texture_seam_rows(topology, texture))
-    return rows, creased.price[rows]
+    return rows, creased.edge_price[rows]
 
 
 def compute_division_price(creased: CreasedSurface, parts: Sequence[Submesh]) -> float:

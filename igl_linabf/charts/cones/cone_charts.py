@@ -60,7 +60,7 @@ class SurfaceCones:
     angles: FloatArray | Literal["quarter"] | None
 
     @classmethod
-    def of(cls, cones: Cones, surface: Submesh, cleaned: Cleaned) -> SurfaceCones:
+    def from_options(cls, cones: Cones, surface: Submesh, cleaned: Cleaned) -> SurfaceCones:
         """Convert the requested cones to vertices of the repaired surface.
 
         Raises
@@ -80,7 +80,7 @@ class SurfaceCones:
             return cls(vertex, None if angles is None else "quarter")
         return cls(vertex, np.asarray(angles, dtype=np.float64)[cone])
 
-    def place_on(self, component: Submesh) -> ComponentCones:
+    def resolve_on_component(self, component: Submesh) -> ComponentCones:
         """Return the cones on a component; find cones if only their number was requested."""
         place = ConeComponent(component)
         if self.vertices is None or isinstance(self.vertices, int):
@@ -179,7 +179,7 @@ def make_charts_with_cones(
     """
     components = surface.split_components()
     with progress_part("cones", ends[0]):
-        placed = [cones.place_on(component) for component in components]
+        placed = [cones.resolve_on_component(component) for component in components]
     charts: list[tuple[Chart, Submesh]] = []
     reached = 0
     names, angles = [], []
@@ -198,22 +198,22 @@ def _flatten_component(
 ) -> tuple[Submesh, Flattening, FloatArray]:
     """Return the component cut along its seam, its map, and the angle sums of the cones in the map."""
     start, place = perf_counter(), chosen.place
-    component, piece = place.component, place.piece
+    component, piece = place.component, place.closed_surface
     seam = find_seam(piece, piece.node[chosen.own], place.handle_cut_graph)
     (cut,) = component.cut_at_edges(component.cuttable_edges[seam])
     advance("seams", 0.2)
     mesh = replace(build_planar_mesh(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
-    paths, angles = place.paths, chosen.sums
+    paths, angles = place.closed_paths, chosen.sums
 
     def quarters(holonomy: HolonomyAngles) -> tuple[FloatArray, FloatArray, FloatArray | None]:
         nonlocal angles
         if chosen.quarters is None:
             whole = quantise_holonomy(holonomy.angle[None] / QUARTER_TURN, holonomy.cost)[0]
             return angles, whole * QUARTER_TURN, None
-        k, whole = chosen.quarters.fit_paths(holonomy)
+        k, whole = chosen.quarters.fit_path_turns(holonomy)
         curvature: FloatArray = np.asarray(k * QUARTER_TURN)
         angles = 2 * np.pi - curvature
-        return angles, whole * QUARTER_TURN, chosen.quarters.scale.log_scale_of(curvature)[piece.node]
+        return angles, whole * QUARTER_TURN, chosen.quarters.scale.compute_log_scale(curvature)[piece.node]
 
     checked = perf_counter() - start
     prescribed = PrescribedHolonomy(chosen.own, quarters) if quarter and paths else None
@@ -254,10 +254,10 @@ def _reuse_laplacian(chosen: ComponentCones) -> KnownLaplacian | None:
     if chosen.scale is None:
         return None
     first = chosen.scale.first
-    left_out = None if first < 0 else int(chosen.place.vertices(np.array([first]))[0])
-    piece = chosen.place.piece
+    left_out = None if first < 0 else int(chosen.place.convert_to_vertices(np.array([first]))[0])
+    piece = chosen.place.closed_surface
     large = piece.graph.n >= MIN_KNOWN_FACTOR_NODES
-    even = large and piece.laplacian.thin_share <= MAX_KNOWN_FACTOR_THIN_SHARE
+    even = large and piece.laplacian.thin_bond_share <= MAX_KNOWN_FACTOR_THIN_SHARE
     return KnownLaplacian(chosen.scale.ground_free_factor, left_out, even)
 
 

@@ -99,23 +99,23 @@ class ConeComponent:
     component: Submesh
 
     @cached_property
-    def piece(self) -> ClosedSurface:
+    def closed_surface(self) -> ClosedSurface:
         """The component as a closed surface: each hole is contracted to a node."""
-        return ClosedSurface.of(self.component)
+        return ClosedSurface.from_submesh(self.component)
 
     @cached_property
     def handle_cut_graph(self) -> IntArray:
-        """Edges of `piece` along which its handles are cut open."""
-        return cut_handles(self.piece)
+        """Edges of `closed_surface` along which its handles are cut open."""
+        return cut_handles(self.closed_surface)
 
     @cached_property
-    def paths(self) -> tuple[ClosedPath, ...]:
+    def closed_paths(self) -> tuple[ClosedPath, ...]:
         """Closed paths around holes and along handles, from `find_closed_paths`; independent of the cones."""
-        seam = find_seam(self.piece, np.zeros(0, dtype=np.int64), self.handle_cut_graph)
-        return find_closed_paths(self.component, self.piece.graph, seam)
+        seam = find_seam(self.closed_surface, np.zeros(0, dtype=np.int64), self.handle_cut_graph)
+        return find_closed_paths(self.component, self.closed_surface.graph, seam)
 
     @cached_property
-    def inner(self) -> IntArray:
+    def interior_vertices(self) -> IntArray:
         """The interior vertices, in the order of the nodes after the holes."""
         return np.flatnonzero(self.component.topology.is_interior)
 
@@ -123,17 +123,21 @@ class ConeComponent:
     def valence(self) -> IntArray:
         """Number of faces around each node; 0 for nodes that are holes."""
         around = np.bincount(self.component.F.ravel(), minlength=len(self.component.V))
-        return np.append(np.zeros(self.piece.graph.n_holes, dtype=np.int64), around[self.inner])
+        return np.append(
+            np.zeros(self.closed_surface.graph.n_holes, dtype=np.int64), around[self.interior_vertices]
+        )
 
     @property
-    def closed_curvature(self) -> float | None:
+    def total_curvature_if_closed(self) -> float | None:
         """Sum of the curvatures of all cones if the surface is closed, otherwise None; radians."""
-        return None if self.piece.graph.n_holes else 2 * np.pi * self.component.topology.characteristic
+        return (
+            None if self.closed_surface.graph.n_holes else 2 * np.pi * self.component.topology.characteristic
+        )
 
     @property
     def min_cones(self) -> int:
         """Least number of cones with angles of at least 90 degrees that can hold all curvature."""
-        total = self.closed_curvature
+        total = self.total_curvature_if_closed
         return 0 if total is None or total == 0 else 3 if total > 0 else 1
 
     @property
@@ -144,12 +148,12 @@ class ConeComponent:
     @property
     def max_cones(self) -> int:
         """Maximum number of cones to find on the component."""
-        by_memory = MAX_GREEN_VALUES // self.piece.graph.n
-        return max(self.n_single_cones, min(by_memory, len(self.inner) // MIN_VERTICES_PER_CONE))
+        by_memory = MAX_GREEN_VALUES // self.closed_surface.graph.n
+        return max(self.n_single_cones, min(by_memory, len(self.interior_vertices) // MIN_VERTICES_PER_CONE))
 
-    def vertices(self, nodes: IntArray) -> IntArray:
+    def convert_to_vertices(self, nodes: IntArray) -> IntArray:
         """Convert nodes that are not holes to vertices of the component."""
-        return self.inner[nodes - self.piece.graph.n_holes]
+        return self.interior_vertices[nodes - self.closed_surface.graph.n_holes]
 
 
 def find_cones_on_component(place: ConeComponent, n: int | None, cones_per_stretch: float) -> IntArray:
@@ -157,16 +161,16 @@ def find_cones_on_component(place: ConeComponent, n: int | None, cones_per_stret
     if not is_number(cones_per_stretch, 0, above=True):
         raise ValueError(f"cones_per_stretch is {cones_per_stretch!r}: use a positive number of cones")
     where = f"the component of faces {first_few(place.component.faces)}"
-    if n is not None and (n < place.min_cones or (n == 1 and place.closed_curvature == 0)):
+    if n is not None and (n < place.min_cones or (n == 1 and place.total_curvature_if_closed == 0)):
         chi = place.component.topology.characteristic
         least, cones = max(place.min_cones, 2), "1 cone is" if n == 1 else f"{n} cones are"
         raise MeshError(
             f"{where} is closed, of Euler characteristic {chi}, and {cones} too few for angles of 90 degrees "
             f"and more at them: give at least {least}"
         )
-    if n == 0 or not len(place.inner):
+    if n == 0 or not len(place.interior_vertices):
         return np.zeros(0, dtype=np.int64)
-    return place.vertices(_choose_cones(place, n, cones_per_stretch))
+    return place.convert_to_vertices(_choose_cones(place, n, cones_per_stretch))
 
 
 def _choose_cones(place: ConeComponent, n: int | None, cones_per_stretch: float) -> IntArray:
@@ -176,12 +180,18 @@ def _choose_cones(place: ConeComponent, n: int | None, cones_per_stretch: float)
     best, least, smallest, idle = np.zeros(0, dtype=np.int64), np.inf, np.inf, 0
     for scale in _grow_cones(place, place.max_cones):
         many, cost = len(scale.nodes) >= place.n_single_cones, np.inf
-        if place.closed_curvature == 0 and len(scale.nodes) == 1:
-            least = scale.stretch  # on a torus, the only cone has curvature 0
+        if place.total_curvature_if_closed == 0 and len(scale.nodes) == 1:
+            least = scale.expected_stretch  # on a torus, the only cone has curvature 0
         if len(scale.nodes) >= place.min_cones:
-            cost = scale.stretch + len(scale.nodes) / cones_per_stretch + _strain_price(place, scale)
+            cost = (
+                scale.expected_stretch
+                + len(scale.nodes) / cones_per_stretch
+                + _compute_strain_penalty(place, scale)
+            )
             # the stretch hardly falls while any limb lacks a cone: watch the spread of the scale, too
-            spread = scale.spread if many and scale.stretch >= TOLERABLE_STRETCH else np.inf
+            spread = (
+                scale.log_scale_deviation if many and scale.expected_stretch >= TOLERABLE_STRETCH else np.inf
+            )
             idle = 0 if cost < least or spread < smallest else idle + 1
             smallest = min(smallest, spread)
             if cost < least:
@@ -202,11 +212,13 @@ def _choose_first_cones(place: ConeComponent, n: int) -> IntArray:
         Triangles at a cone can have neither the angle sum for equal scale nor a multiple of 90 degrees.
     """
     *_, scale = _grow_cones(place, n)
-    angle = 2 * np.pi - scale.curvature
-    beyond = np.flatnonzero(~_find_feasible(angle, place.valence[scale.nodes]))
+    angle = 2 * np.pi - scale.cone_curvatures
+    beyond = np.flatnonzero(~_mask_feasible_sums(angle, place.valence[scale.nodes]))
     if len(beyond):
         turns = _quantise_curvatures(place, scale).quarters_for_stretch
-        if not _find_feasible(np.asarray(2 * np.pi - turns * QUARTER_TURN), place.valence[scale.nodes]).all():
+        if not _mask_feasible_sums(
+            np.asarray(2 * np.pi - turns * QUARTER_TURN), place.valence[scale.nodes]
+        ).all():
             more = _grow_cones(place, max(place.n_single_cones, 2 * n))
             enough = (len(s.nodes) for s in more if len(s.nodes) > n and _is_feasible(place, s))
             raise MeshError(_describe_too_few(place, scale, beyond[0], next(enough, None)))
@@ -215,8 +227,8 @@ def _choose_first_cones(place: ConeComponent, n: int) -> IntArray:
 
 def _describe_too_few(place: ConeComponent, scale: ConeScale, beyond: int, enough: int | None) -> str:
     """Return an error message: a cone's angle is not feasible, and `enough` cones are needed."""
-    angle, around = 2 * np.pi - scale.curvature[beyond], place.valence[scale.nodes[beyond]]
-    (vertex,) = place.component.vertices[place.vertices(scale.nodes[[beyond]])]
+    angle, around = 2 * np.pi - scale.cone_curvatures[beyond], place.valence[scale.nodes[beyond]]
+    (vertex,) = place.component.vertices[place.convert_to_vertices(scale.nodes[[beyond]])]
     help_ = "cut along seams instead: leave out cones" if enough is None else f"give at least {enough}"
     return (
         f"{format_count(len(scale.nodes), 'cone')} {'is' if len(scale.nodes) == 1 else 'are'} too few "
@@ -228,14 +240,14 @@ def _describe_too_few(place: ConeComponent, scale: ConeScale, beyond: int, enoug
 
 def _grow_cones(place: ConeComponent, most: int) -> Iterator[ConeScale]:
     """Yield conformal scales with more and more cones, up to `most` cones."""
-    scale = ConeScale.of(place.piece)
+    scale = ConeScale.with_least_cones(place.closed_surface)
     while True:
         advance("cones", 0.1)
         yield scale
-        further = _find_next_cones(place, scale, min(most, len(place.inner)) - len(scale.nodes))
+        further = _find_next_cones(place, scale, min(most, len(place.interior_vertices)) - len(scale.nodes))
         if not len(further):
             return
-        scale = scale.with_cones(further)
+        scale = scale.add_cones(further)
 
 
 def _find_next_cones(place: ConeComponent, scale: ConeScale, most: int) -> IntArray:
@@ -246,21 +258,21 @@ def _find_next_cones(place: ConeComponent, scale: ConeScale, most: int) -> IntAr
         return np.zeros(0, dtype=np.int64)
     strain = _measure_strain(place, scale)
     strained = len(strain) > 0 and strain.max() > 0
-    alone = len(scale.nodes) < place.n_single_cones or scale.stretch < TOLERABLE_STRETCH
+    alone = len(scale.nodes) < place.n_single_cones or scale.expected_stretch < TOLERABLE_STRETCH
     if alone and not strained:
         return np.array([np.argmax(far)])
-    away, _, source = place.piece.graph.shortest_paths(scale.nodes)
+    away, _, source = place.closed_surface.graph.shortest_paths(scale.nodes)
     if alone:
         near = np.where(source == scale.nodes[np.argmax(strain)], far, 0.0)
         return np.array([np.argmax(near if near.any() else far)])
     order = np.argsort(far, kind="stable")
-    farthest = np.zeros(place.piece.graph.n, dtype=np.int64)
+    farthest = np.zeros(place.closed_surface.graph.n, dtype=np.int64)
     farthest[source[order]] = order  # for each cone: node of its Voronoi cell with u farthest from 0
     tried, room = farthest[scale.nodes], min(most, len(scale.nodes) // CONES_PER_NEW_CONE)
     tried, strain = tried[far[tried] > 0], strain[far[tried] > 0]
     by_strain, by_scale = np.argsort(-strain, kind="stable"), np.argsort(-far[tried], kind="stable")
     helped = by_strain[strain[by_strain] > 0][: room // 2]
-    return _select_distant(place.piece, tried[np.concatenate((helped, by_scale))], away / 2)[:room]
+    return _select_distant(place.closed_surface, tried[np.concatenate((helped, by_scale))], away / 2)[:room]
 
 
 def _select_distant(piece: ClosedSurface, nodes: IntArray, distance: FloatArray) -> IntArray:
@@ -273,7 +285,7 @@ def _select_distant(piece: ClosedSurface, nodes: IntArray, distance: FloatArray)
     return kept
 
 
-def _strain_price(place: ConeComponent, scale: ConeScale) -> float:
+def _compute_strain_penalty(place: ConeComponent, scale: ConeScale) -> float:
     """Return the penalty for strained cones, which is infinite if triangles cannot have the cone angles."""
     if not _is_feasible(place, scale):
         return np.inf
@@ -282,12 +294,12 @@ def _strain_price(place: ConeComponent, scale: ConeScale) -> float:
 
 def _is_feasible(place: ConeComponent, scale: ConeScale) -> bool:
     """Return True if triangles can have the cone angles for equal scale, and also multiples of 90 degrees."""
-    total, around = place.closed_curvature, place.valence[scale.nodes]
+    total, around = place.total_curvature_if_closed, place.valence[scale.nodes]
     room = total is None or find_least_quarters(around).sum() <= round(total / QUARTER_TURN)
-    return bool(room and _find_feasible(2 * np.pi - scale.curvature, around).all())
+    return bool(room and _mask_feasible_sums(2 * np.pi - scale.cone_curvatures, around).all())
 
 
-def _find_feasible(angle: FloatArray, around: IntArray) -> BoolArray:
+def _mask_feasible_sums(angle: FloatArray, around: IntArray) -> BoolArray:
     """Return a mask of the angle sums that are possible with `around` triangles at each cone."""
     return np.asarray((angle > 0) & (angle < np.pi * around))
 
@@ -305,7 +317,7 @@ def _quantise_curvatures(place: ConeComponent, scale: ConeScale) -> QuantisedCur
 
 def _measure_strain(place: ConeComponent, scale: ConeScale) -> FloatArray:
     """Return how far each cone's angle sum is outside the range of unstrained cones, radians."""
-    angle = 2 * np.pi - scale.curvature
+    angle = 2 * np.pi - scale.cone_curvatures
     return np.maximum(MIN_CONE_ANGLE - angle, angle - MAX_ANGLE_AT_CONE * place.valence[scale.nodes])
 
 
@@ -322,9 +334,9 @@ def choose_cone_angles(
     MeshError
         The angles do not obey Gauss-Bonnet, or are not feasible for triangles.
     """
-    component, total = place.component, place.closed_curvature
+    component, total = place.component, place.total_curvature_if_closed
     names, scale, quarters = component.vertices[cones], None, None
-    around = place.valence[place.piece.node[cones]]
+    around = place.valence[place.closed_surface.node[cones]]
     if isinstance(wanted, np.ndarray):
         angle = wanted
         if total is not None and not abs((2 * np.pi - angle).sum() - total) < 1e-6:
@@ -347,13 +359,13 @@ def choose_cone_angles(
             )
         if not len(cones):
             return np.zeros(0), None, None
-        scale = ConeScale.of_nodes(place.piece, place.piece.node[cones])
-        curvature: FloatArray = scale.curvature
+        scale = ConeScale.from_nodes(place.closed_surface, place.closed_surface.node[cones])
+        curvature: FloatArray = scale.cone_curvatures
         if wanted == "quarter":
             quarters = _quantise_curvatures(place, scale)
             curvature = np.asarray(quarters.quarters_for_stretch * QUARTER_TURN)
         angle = 2 * np.pi - curvature
-    bad = np.flatnonzero(~_find_feasible(angle, around))
+    bad = np.flatnonzero(~_mask_feasible_sums(angle, around))
     if len(bad):
         i = bad[0]
         given, other = ("would be", "your own") if wanted is None else ("is", "other")

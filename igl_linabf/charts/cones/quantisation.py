@@ -48,7 +48,7 @@ class QuantisedCurvatures:
         return self.scale.first < 0
 
     @cached_property
-    def _bounds(self) -> tuple[FloatArray | IntArray, FloatArray | IntArray]:
+    def _slot_bounds(self) -> tuple[FloatArray | IntArray, FloatArray | IntArray]:
         """Lower and upper bounds of the quarter turns of each slot; infinite for the boundary."""
         upper = np.full(len(self.least), MAX_QUARTERS)
         if not self._has_boundary:
@@ -56,7 +56,7 @@ class QuantisedCurvatures:
         return np.append(-np.inf, self.least), np.append(np.inf, upper)
 
     @cached_property
-    def _samples(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _sampled_log_scales(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Area weights, log scale without cones, and log scale per quarter turn of each slot, at samples."""
         scale = self.scale
         sample = np.arange(0, scale.piece.graph.n, -(-scale.piece.graph.n // STRETCH_SAMPLES))
@@ -67,7 +67,7 @@ class QuantisedCurvatures:
     @cached_property
     def quarters_for_stretch(self) -> IntArray:
         """Cone curvatures in quarter turns: rounded, then exchanged between cones to reduce the stretch."""
-        exact, least = self.scale.curvature / QUARTER_TURN, self.least
+        exact, least = self.scale.cone_curvatures / QUARTER_TURN, self.least
         k = np.clip(np.round(exact).astype(np.int64), least, MAX_QUARTERS)
         if not self._has_boundary:
             # correct the sum by changing the cones with the largest rounding errors
@@ -76,8 +76,8 @@ class QuantisedCurvatures:
                 able = (k > least) if beyond > 0 else (k < MAX_QUARTERS)
                 able |= not able.any()  # if all cones are at their bounds, let one exceed its bound
                 k[np.argmax(np.where(able, sign * (exact - k), -np.inf))] += sign
-        k, (lower, upper) = self._to_slots(k), self._bounds
-        weight, bare, green = self._samples
+        k, (lower, upper) = self._to_slots(k), self._slot_bounds
+        weight, bare, green = self._sampled_log_scales
         grown, shrunk = np.exp(2 * green), np.exp(-2 * green)
         for _ in range(MAX_EXCHANGES):
             u = np.clip(bare + k @ green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
@@ -91,7 +91,7 @@ class QuantisedCurvatures:
             k[i], k[j] = k[i] + 1, k[j] - 1
         return self._to_nodes(k)
 
-    def fit_paths(self, holonomy: HolonomyAngles) -> tuple[IntArray, FloatArray]:
+    def fit_path_turns(self, holonomy: HolonomyAngles) -> tuple[IntArray, FloatArray]:
         """Choose curvatures with which closed paths turn by nearly whole quarter turns.
 
         At most two exchanges are made, starting from `quarters_for_stretch`. They minimise the log stretch
@@ -105,11 +105,13 @@ class QuantisedCurvatures:
         quarters : (#paths,) float64
             The turning to prescribe for each path, in quarter turns; whole numbers.
         """
-        base, (lower, upper) = self._to_slots(self.quarters_for_stretch), self._bounds
+        base, (lower, upper) = self._to_slots(self.quarters_for_stretch), self._slot_bounds
         unit = np.eye(len(base), dtype=np.int64)
         single = (unit[:, None] - unit[None]).reshape(-1, len(base))
         single = single[(single != 0).any(axis=1)]
-        likely = np.argsort(self._log_squared_stretch(base + single), kind="stable")[:PAIRED_EXCHANGES]
+        likely = np.argsort(self._approximate_log_squared_stretch(base + single), kind="stable")[
+            :PAIRED_EXCHANGES
+        ]
         changed = np.concatenate((0 * base[None], single[likely]))
         i, j = np.tril_indices(len(changed))  # pairs of exchanges; exchange 0 changes nothing
         least, most = (np.clip(bound - base, -4, 4).astype(np.int8) for bound in (lower, upper))
@@ -120,14 +122,14 @@ class QuantisedCurvatures:
         # the minus signs: more curvature at a cone means a smaller angle sum
         by_change = self._to_nodes(changed) @ holonomy.by_vertex
         path_turns = holonomy.angle / QUARTER_TURN - by_change[i] - by_change[j]
-        missing = DISTORTION_PER_LOG_STRETCH * _distortion(
+        missing = DISTORTION_PER_LOG_STRETCH * _estimate_distortion(
             path_turns, quantise_holonomy(path_turns, holonomy.cost), holonomy.cost
         )
-        one = self._log_squared_stretch(base + changed)
-        mixed = 4 * changed @ self._variance[1] @ changed.T  # mixed term: interaction of two exchanges
+        one = self._approximate_log_squared_stretch(base + changed)
+        mixed = 4 * changed @ self._variance_form[1] @ changed.T  # mixed term: interaction of two exchanges
         squared = one[i] + one[j] - one[0] + 2 * mixed[i, j]
         best = np.argsort(missing + squared / 2, kind="stable")[:MAX_EVALUATED_PAIRS]
-        chosen = best[np.argmin(missing[best] + self._log_stretch(base + both[best]))]
+        chosen = best[np.argmin(missing[best] + self._compute_log_stretch(base + both[best]))]
         return self._to_nodes(base + both[chosen]), quantise_holonomy(path_turns[[chosen]], holonomy.cost)[0]
 
     def _to_slots(self, k: IntArray) -> IntArray:
@@ -138,29 +140,29 @@ class QuantisedCurvatures:
         """Convert slots to cone curvatures: remove the slot of the boundary, if there is one."""
         return k[..., 1:] if self._has_boundary else k
 
-    def _log_squared_stretch(self, k: IntArray) -> FloatArray:
+    def _approximate_log_squared_stretch(self, k: IntArray) -> FloatArray:
         """Return the log of the squared stretch to second order: four times the variance of the log scale."""
-        alone, square, mixed = self._variance
+        alone, square, mixed = self._variance_form
         return np.asarray(4 * (alone + (k @ square * k).sum(axis=1) + 2 * k @ mixed))
 
     @cached_property
-    def _variance(self) -> tuple[float, FloatArray, FloatArray]:
+    def _variance_form(self) -> tuple[float, FloatArray, FloatArray]:
         """Variance of the log scale as a quadratic form: constant term, matrix, and half the linear term."""
-        weight, bare, green = self._samples
+        weight, bare, green = self._sampled_log_scales
         bare, green = bare - weight @ bare, green - (green @ weight)[:, None]
         return float(weight @ bare**2), (green * weight) @ green.T, (green * weight) @ bare
 
-    def _log_stretch(self, k: IntArray) -> FloatArray:
+    def _compute_log_stretch(self, k: IntArray) -> FloatArray:
         """Return the logarithm of the expected stretch, (n,), for curvatures (n, #slots)."""
         # single precision, because it computes exponentials faster
-        weight, bare, green = (part.astype(np.float32) for part in self._samples)
+        weight, bare, green = (part.astype(np.float32) for part in self._sampled_log_scales)
         most = np.log(np.finfo(np.float32).max) / 2  # larger exponents would overflow when squared
         scaled = np.exp(2 * np.clip(bare + k.astype(np.float32) @ green, -most, most))
         return np.asarray(np.log((scaled @ weight) * ((1 / scaled) @ weight)) / 2)
 
 
 def quantise_holonomy(path_turns: FloatArray, cost: FloatArray) -> FloatArray:
-    """Round the turning of paths, (n, #paths), to whole quarter turns with little `_distortion`.
+    """Round the turning of paths, (n, #paths), to whole quarter turns with little distortion.
 
     The paths are rounded one after another. Each is corrected beforehand for the rounding errors of the
     previous paths (Babai 1986).
@@ -173,7 +175,7 @@ def quantise_holonomy(path_turns: FloatArray, cost: FloatArray) -> FloatArray:
     return quarters
 
 
-def _distortion(path_turns: FloatArray, quarters: FloatArray, cost: FloatArray) -> FloatArray:
+def _estimate_distortion(path_turns: FloatArray, quarters: FloatArray, cost: FloatArray) -> FloatArray:
     """Return the increase of the mean angle distortion F/3nt, (n,), if `quarters` replace `path_turns`."""
     missing = (quarters - path_turns) * QUARTER_TURN
     return np.asarray(((missing @ cost) * missing).sum(axis=1))

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._types import FloatArray, IntArray
 from ...linalg import Factor, NotPositiveDefiniteError
-from ..cut_graphs import MAX_LOG_SCALE, ClosedSurface, DirichletSolver, conformal_stretch
+from ..cut_graphs import MAX_LOG_SCALE, ClosedSurface, DirichletSolver, predict_conformal_stretch
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class ConeScale:
     green: FloatArray
 
     @classmethod
-    def of(cls, piece: ClosedSurface, first: int | None = None) -> ConeScale:
+    def with_least_cones(cls, piece: ClosedSurface, first: int | None = None) -> ConeScale:
         """Return the conformal scale without cones except, on a closed surface, the cone `first`.
 
         By default `first` is the node whose log scale is farthest from the mean if the curvature is
@@ -60,25 +60,25 @@ class ConeScale:
             first = -1
         elif first is None:
             first = _find_farthest(piece)
-        ground, bare = _ground_nodes(piece, first), -piece.curvature
-        laplacian = piece.laplacian.dirichlet_of_cotangents
+        ground, bare = _find_ground_nodes(piece, first), -piece.curvature
+        laplacian = piece.laplacian.unclipped_dirichlet_solver
         try:
             factor = laplacian.factor(ground)
         except NotPositiveDefiniteError:
-            laplacian = piece.laplacian.dirichlet
+            laplacian = piece.laplacian.dirichlet_solver
             factor = laplacian.factor(ground)
         bare[ground] = 0.0
         none = np.zeros(0, dtype=np.int64)
         return cls(piece, laplacian, factor, first, factor.solve(bare), none, np.zeros((0, piece.graph.n)))
 
     @classmethod
-    def of_nodes(cls, piece: ClosedSurface, nodes: IntArray) -> ConeScale:
+    def from_nodes(cls, piece: ClosedSurface, nodes: IntArray) -> ConeScale:
         """Return the conformal scale with cones at `nodes`, at least one."""
         first = int(nodes[0])
-        ground = cls.of(piece, first)
-        return ground.with_cones(nodes[len(ground.nodes) :])
+        ground = cls.with_least_cones(piece, first)
+        return ground.add_cones(nodes[len(ground.nodes) :])
 
-    def with_cones(self, nodes: IntArray) -> ConeScale:
+    def add_cones(self, nodes: IntArray) -> ConeScale:
         """Return the conformal scale with additional cones at `nodes`."""
         unit = np.zeros((self.piece.graph.n, len(nodes)))
         unit[nodes, np.arange(len(nodes))] = 1.0
@@ -94,9 +94,9 @@ class ConeScale:
     def ground_free_factor(self) -> Factor | None:
         """Factorisation of the Laplacian without the ground nodes; None if weights were clipped."""
         zero, piece = self.laplacian, self.piece
-        if zero is not piece.laplacian.dirichlet_of_cotangents or zero is piece.laplacian.dirichlet:
+        if zero is not piece.laplacian.unclipped_dirichlet_solver or zero is piece.laplacian.dirichlet_solver:
             return None
-        free = zero.free(_ground_nodes(piece, self.first))
+        free = zero.mask_free_nodes(_find_ground_nodes(piece, self.first))
 
         def solve(b: FloatArray) -> FloatArray:
             every = np.zeros((len(free), *b.shape[1:]))
@@ -106,7 +106,7 @@ class ConeScale:
         return replace(self.factor, solve=solve)
 
     @cached_property
-    def curvature(self) -> FloatArray:
+    def cone_curvatures(self) -> FloatArray:
         """Curvatures of the cones `nodes`, radians, that make the conformal scale 1 at all cones."""
         k = np.linalg.solve(self.green[:, self.others], -self.bare[self.others])
         return np.asarray(k if self.first < 0 else np.append(self.piece.curvature.sum() - k.sum(), k))
@@ -114,27 +114,27 @@ class ConeScale:
     @cached_property
     def log_scale(self) -> FloatArray:
         """Logarithm u of the scale at each node, (n,)."""
-        return self.log_scale_of(self.curvature)
+        return self.compute_log_scale(self.cone_curvatures)
 
-    def log_scale_of(self, curvature: FloatArray) -> FloatArray:
+    def compute_log_scale(self, curvature: FloatArray) -> FloatArray:
         """Return the log scale, (n,), for given curvatures of the cones, radians; 0 at the ground."""
         k = curvature if self.first < 0 else curvature[1:]
         return np.clip(self.bare + k @ self.green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
 
     @property
-    def stretch(self) -> float:
+    def expected_stretch(self) -> float:
         """Expected L2 stretch of the conformal map with these cones."""
-        return conformal_stretch(self.piece, self.log_scale)
+        return predict_conformal_stretch(self.piece, self.log_scale)
 
     @property
-    def spread(self) -> float:
+    def log_scale_deviation(self) -> float:
         """Standard deviation of the log scale u over the surface."""
         weight = self.piece.area / self.piece.area.sum()
         u = self.log_scale - weight @ self.log_scale
         return float(np.sqrt(weight @ u**2))
 
 
-def _ground_nodes(piece: ClosedSurface, first: int) -> IntArray:
+def _find_ground_nodes(piece: ClosedSurface, first: int) -> IntArray:
     """Return the nodes where the log scale is 0: the holes or, on a closed surface, the first cone."""
     return np.arange(piece.graph.n_holes) if first < 0 else np.array([first])
 
@@ -142,5 +142,7 @@ def _ground_nodes(piece: ClosedSurface, first: int) -> IntArray:
 def _find_farthest(piece: ClosedSurface) -> int:
     """Distribute the curvature evenly; return the node where the log scale is farthest from its mean."""
     weight = piece.area / piece.area.sum()
-    u = piece.laplacian.dirichlet.solve(np.array([0]), weight * piece.curvature.sum() - piece.curvature)
+    u = piece.laplacian.dirichlet_solver.solve(
+        np.array([0]), weight * piece.curvature.sum() - piece.curvature
+    )
     return int(np.argmax(np.abs(u - weight @ u)))

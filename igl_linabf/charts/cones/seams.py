@@ -26,9 +26,9 @@ def cut_handles(piece: ClosedSurface) -> IntArray:
     none = np.zeros(0, dtype=np.int64)
     if not piece.graph.genus:
         return none
-    levels = Levels.of(piece, HANDLE_CLUSTERS)
+    levels = Levels.from_surface(piece, HANDLE_CLUSTERS)
     graph, handles = levels.coarse.graph, open_handles(levels.coarse)
-    return levels.lift(move_branch_points(graph, handles, graph.length_of), none)
+    return levels.lift(move_branch_points(graph, handles, graph.measure_length), none)
 
 
 def find_closed_paths(component: Submesh, graph: SurfaceGraph, seam: IntArray) -> tuple[ClosedPath, ...]:

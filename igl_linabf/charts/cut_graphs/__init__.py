@@ -13,9 +13,9 @@ from .laplacians import DirichletSolver
 from .stretch import (
     ISOMETRIC_STRETCH_WEIGHT,
     MAX_LOG_SCALE,
-    conformal_stretch,
-    isometric_stretch,
+    get_stretch_weight,
+    predict_conformal_stretch,
+    predict_isometric_stretch,
     predict_stretch,
     solve_log_scale,
-    stretch_weight,
 )

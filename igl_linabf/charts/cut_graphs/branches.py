@@ -32,7 +32,7 @@ def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntAr
     A branch point is tried again when one of its arcs has moved. If there are more than `MAX_MOVED_ARCS`
     branch points, only the branch points with the longest arcs are moved.
     """
-    kept, steps = graph.build_topology(seam), list_steps(graph, seam)
+    kept, steps = graph.find_seam_topology(seam), list_seam_steps(graph, seam)
     waiting = [node for node in sorted(steps) if len(steps[node]) >= 3]
     if len(waiting) > MAX_MOVED_ARCS:
         at = sum_arc_lengths_at_nodes(graph, find_arcs(graph, seam), graph.length)
@@ -45,7 +45,7 @@ def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntAr
             moved, ends = _move_branch_point(
                 graph, seam, follow_arcs(graph, steps, branch), branch, kept, cost
             )
-            replace_steps(graph, steps, graph.difference(seam, moved), graph.difference(moved, seam))
+            replace_steps(graph, steps, graph.subtract_seam(seam, moved), graph.subtract_seam(moved, seam))
             seam = moved
             waiting += sorted(ends.difference(waiting))
     return seam
@@ -56,14 +56,14 @@ def prune_branches(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
 
     A branch is no longer needed if a branch that was grown later reaches the same part of the surface.
     """
-    kept, steps = graph.build_topology(seam), list_steps(graph, seam)
+    kept, steps = graph.find_seam_topology(seam), list_seam_steps(graph, seam)
     tips = [node for node in sorted(steps) if len(steps[node]) == 1 and node >= graph.n_holes]
     arcs = [follow_arcs(graph, steps, tip)[0][0] for tip in tips]
-    longest_first = np.argsort([-graph.length_of(arc) for arc in arcs], kind="stable")
+    longest_first = np.argsort([-graph.measure_length(arc) for arc in arcs], kind="stable")
     for k in longest_first[:MAX_MOVED_ARCS].tolist():
-        rest = graph.difference(seam, arcs[k])
+        rest = graph.subtract_seam(seam, arcs[k])
         opens = len(rest) > 1 or graph.n_holes  # a cut along a single edge does not open a closed surface
-        if opens and graph.build_topology(rest) == kept and cost(rest) < cost(seam):
+        if opens and graph.find_seam_topology(rest) == kept and cost(rest) < cost(seam):
             seam = rest
     return seam
 
@@ -121,7 +121,7 @@ def _move_branch_point(
     for chosen in [tuple(arcs)] if free else _choose_nearby_pairs(graph, arcs):
         own_arcs, own_tips = zip(*chosen, strict=True)
         own = np.concatenate(own_arcs)
-        rest, length = graph.difference(seam, own), graph.length_of(own) / STRICTLY_SHORTER
+        rest, length = graph.subtract_seam(seam, own), graph.measure_length(own) / STRICTLY_SHORTER
         tips = [*own_tips, *[branch] * (not free)]
         label = connected_labels(graph.ends[rest], graph.n)
         groups = label[tips]
@@ -130,9 +130,9 @@ def _move_branch_point(
         else:
             sets, avoid = [np.array([tip]) for tip in tips], graph.ends[rest].ravel()
         centre, ways = graph.steiner_tree((sets[0], sets[1], sets[2]), avoid, length)
-        moved = graph.union(rest, ways)
-        shorter = graph.length_of(moved) < graph.length_of(seam) * STRICTLY_SHORTER
-        if centre >= 0 and shorter and graph.build_topology(moved) == kept and cost(moved) < cost(seam):
+        moved = graph.unite_seams(rest, ways)
+        shorter = graph.measure_length(moved) < graph.measure_length(seam) * STRICTLY_SHORTER
+        if centre >= 0 and shorter and graph.find_seam_topology(moved) == kept and cost(moved) < cost(seam):
             return moved, {*tips, centre}
     return seam, set()
 
@@ -163,7 +163,7 @@ def find_arcs(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None
     return [(seam[edges[i:j]], nodes[i + k : j + k + 1]) for k, (i, j) in enumerate(pairwise(start.tolist()))]
 
 
-def list_steps(graph: SurfaceGraph, seam: IntArray) -> Steps:
+def list_seam_steps(graph: SurfaceGraph, seam: IntArray) -> Steps:
     """Return for each node of a seam the seam edges at the node, with the node at the other end."""
     steps: Steps = {}
     for edge, (i, j) in zip(seam.tolist(), graph.ends[seam].tolist(), strict=True):

@@ -54,12 +54,12 @@ class ClosedSurface:
     isometric: bool = False
 
     @classmethod
-    def of(cls, component: Submesh, isometric: bool = False) -> ClosedSurface:
+    def from_submesh(cls, component: Submesh, isometric: bool = False) -> ClosedSurface:
         """Contract the boundary loops of a connected surface."""
-        return cls.of_creased(CreasedSurface(component), isometric)
+        return cls.from_creased_surface(CreasedSurface(component), isometric)
 
     @classmethod
-    def of_creased(cls, creased: CreasedSurface, isometric: bool = False) -> ClosedSurface:
+    def from_creased_surface(cls, creased: CreasedSurface, isometric: bool = False) -> ClosedSurface:
         """Contract the boundary loops of a connected surface, given as a `CreasedSurface`."""
         component = creased.surface
         V, topology = component.V, component.topology
@@ -71,7 +71,7 @@ class ClosedSurface:
         node[node < 0] = np.arange(holes, n)
         cell, inside = component.polygon_labels, topology.interior_edges
         taken = np.searchsorted(inside, component.cuttable_edges)
-        edges, beside = creased.ends[taken], cell[creased.faces[taken]]
+        edges, beside = creased.edge_ends[taken], cell[creased.faces_of_edges[taken]]
         double_area, dot = component.areas_and_products
         vertex = np.empty(n, dtype=np.int64)
         vertex[node] = np.arange(len(V))
@@ -82,7 +82,7 @@ class ClosedSurface:
             SurfaceGraph(n, holes, topology.genus, faces, node[edges], beside, price, V[vertex]),
             node=node,
             edges=edges,
-            hiding=creased.hiding[taken],
+            hiding=creased.visibility_factor[taken],
             curvature=np.asarray(2 * np.pi - np.bincount(node, component.angle_sums, n)),
             area=sum_by_index(node[topology.corner].ravel(), np.tile(double_area / 6, 3), n),
             laplacian=SurfaceLaplacian(n, node[topology.interior_edge_ends], cotangent, weight),
@@ -96,7 +96,7 @@ class ClosedSurface:
         return bool((self.hiding != 1).any())
 
     @cached_property
-    def node_hiding(self) -> FloatArray:
+    def hiding_at_nodes(self) -> FloatArray:
         """Mean of `hiding` over the edges at each node, (n,); 1 at nodes without edges."""
         n, ends = self.graph.n, self.graph.ends.ravel()
         total = np.bincount(ends, np.repeat(self.hiding, 2), n)

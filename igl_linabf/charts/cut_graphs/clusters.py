@@ -81,7 +81,7 @@ class Contraction:
     edge: IntArray
 
     @classmethod
-    def of(cls, fine: ClosedSurface, forest: Forest) -> Contraction:
+    def from_forest(cls, fine: ClosedSurface, forest: Forest) -> Contraction:
         """Contract each tree of a forest on a closed surface to one node."""
         label, roots, edge, graph = _contract_graph(fine.graph, forest)
         coarse = ClosedSurface(
@@ -100,9 +100,9 @@ class Contraction:
     def lift_along_trees(self, seam: IntArray) -> IntArray:
         """Map a seam of the coarse surface to the fine surface. The leaves of the result are roots."""
         graph, chosen = self.fine.graph, self.edge[seam]
-        paths = graph.path_edges(self.forest.before, graph.ends[chosen].ravel())
+        paths = graph.find_edges_on_paths(self.forest.before, graph.ends[chosen].ravel())
         tips = np.bincount(self.coarse.graph.ends[seam].ravel(), minlength=self.coarse.graph.n) == 1
-        return prune_stubs(graph, graph.union(chosen, paths), self.roots[tips])
+        return prune_stubs(graph, graph.unite_seams(chosen, paths), self.roots[tips])
 
     def lift(self, seam: IntArray, kept: IntArray) -> IntArray:
         """Map a coarse seam to the fine surface, and pull it tight, except at the coarse nodes `kept`."""
@@ -131,7 +131,7 @@ class Levels:
     coarse: ClosedSurface
 
     @classmethod
-    def of(cls, closed: ClosedSurface, most: int | None = None) -> Levels:
+    def from_surface(cls, closed: ClosedSurface, most: int | None = None) -> Levels:
         """Contract a surface until it has at most `most` nodes, by default `MAX_CLUSTERS`.
 
         Holes are never merged. Therefore more than `most` nodes remain if there are many holes.
@@ -139,7 +139,7 @@ class Levels:
         steps, coarse = list[Contraction](), closed
         while coarse.graph.n > (most or MAX_CLUSTERS):
             wide = coarse.graph.n >= MIN_NODES_OF_WIDE_CLUSTERS
-            step = Contraction.of(coarse, build_shortest_path_trees(coarse, CLUSTER_HOPS + wide))
+            step = Contraction.from_forest(coarse, build_shortest_path_trees(coarse, CLUSTER_HOPS + wide))
             if step.coarse.graph.n == coarse.graph.n:
                 break
             steps.append(step)
@@ -181,7 +181,7 @@ def _contract_graph(graph: SurfaceGraph, forest: Forest) -> _ContractedGraph:
     label = place[forest.root]
     ends = label[graph.ends]
     inner = ends[:, 0] == ends[:, 1]
-    in_tree, shortest = np.zeros(len(ends), dtype=bool), graph.neighbours[1]
+    in_tree, shortest = np.zeros(len(ends), dtype=bool), graph.adjacent_pairs[1]
     a, b = graph.ends[shortest].T
     in_tree[shortest] = (forest.before[a] == b) | (forest.before[b] == a)
     a, b = graph.ends.T

@@ -20,7 +20,7 @@ from ..._core import (
 from ..._types import BoolArray, FloatArray, IntArray
 
 Terminals = tuple[IntArray, IntArray, IntArray]  # three sets of nodes; one path starts in each set
-SeamTopology = tuple[int, int, int]  # numbers of components, cycles and pieces, see `build_topology`
+SeamTopology = tuple[int, int, int]  # numbers of components, cycles and pieces, see `find_seam_topology`
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,12 +55,12 @@ class SurfaceGraph:
         return sparse.csr_array((self.length[edge], indices, indptr), shape=(self.n, self.n)), edge
 
     @cached_property
-    def near_holes(self) -> IntArray:
+    def nodes_near_holes(self) -> IntArray:
         """The nodes of the edges at holes, ascending."""
         return np.unique(self.ends[(self.ends < self.n_holes).any(axis=1)])
 
     @cached_property
-    def neighbours(self) -> tuple[IntArray, IntArray]:
+    def adjacent_pairs(self) -> tuple[IntArray, IntArray]:
         """The keys i * n + j of the pairs of adjacent nodes i < j, ascending, and their shortest edges."""
         matrix, edge = self.adjacency
         row, column = np.repeat(np.arange(self.n), np.diff(matrix.indptr)), matrix.indices
@@ -69,7 +69,7 @@ class SurfaceGraph:
 
     def edges_between(self, i: IntArray, j: IntArray) -> IntArray:
         """Return the shortest edge between each pair of adjacent nodes."""
-        code, edge = self.neighbours
+        code, edge = self.adjacent_pairs
         return edge[np.searchsorted(code, np.minimum(i, j) * self.n + np.maximum(i, j))]
 
     def shortest_paths(
@@ -86,7 +86,7 @@ class SurfaceGraph:
         matrix = self.adjacency[0]
         return nearest_sources(matrix.indptr, matrix.indices, matrix.data, sources, is_open, limit)
 
-    def path_edges(self, before: IntArray, ends: IntArray | list[int]) -> IntArray:
+    def find_edges_on_paths(self, before: IntArray, ends: IntArray | list[int]) -> IntArray:
         """Return the edges, each once, on the shortest paths from the nodes `ends` to their sources."""
         nodes = path_nodes(before, np.asarray(ends, dtype=np.int64))
         return self.edges_between(nodes, before[nodes])
@@ -116,25 +116,25 @@ class SurfaceGraph:
         passed[: self.n_holes], passed[self.ends[seam]] = True, True
         return np.flatnonzero(passed)
 
-    def mask_of(self, seam: IntArray) -> BoolArray:
+    def mask_edges(self, seam: IntArray) -> BoolArray:
         """Return a mask of the edges of a seam, (#E,) bool."""
         mask = np.zeros(len(self.ends), dtype=bool)
         mask[seam] = True
         return mask
 
-    def union(self, *seams: IntArray) -> IntArray:
+    def unite_seams(self, *seams: IntArray) -> IntArray:
         """Return the edges of several seams, each once, ascending."""
-        return np.flatnonzero(self.mask_of(np.concatenate(seams)))
+        return np.flatnonzero(self.mask_edges(np.concatenate(seams)))
 
-    def difference(self, seam: IntArray, others: IntArray) -> IntArray:
+    def subtract_seam(self, seam: IntArray, others: IntArray) -> IntArray:
         """Return the edges of a seam that are not in `others`, in the order of the seam."""
-        return seam[~self.mask_of(others)[seam]]
+        return seam[~self.mask_edges(others)[seam]]
 
-    def length_of(self, seam: IntArray) -> float:
+    def measure_length(self, seam: IntArray) -> float:
         """Return the total length of the edges of a seam."""
         return float(self.length[seam].sum())
 
-    def pieces_of(self, seam: IntArray) -> tuple[int, int, IntArray]:
+    def find_topology_and_sizes(self, seam: IntArray) -> tuple[int, int, IntArray]:
         """Return the topology of a seam, and the sizes of the pieces of the surface cut along the seam.
 
         Returns
@@ -146,13 +146,13 @@ class SurfaceGraph:
         """
         return cut_topology(self.ends, self.faces, seam, self.n_holes, self.n, self.n_faces)
 
-    def build_topology(self, seam: IntArray) -> SeamTopology:
+    def find_seam_topology(self, seam: IntArray) -> SeamTopology:
         """Return the numbers of components and cycles of a seam, and the number of pieces that it leaves.
 
         Holes count as parts of the seam. If two seams have the same three numbers, and one of them cuts the
         surface into disks, the other one does, too.
         """
-        number, cycles, sizes = self.pieces_of(seam)
+        number, cycles, sizes = self.find_topology_and_sizes(seam)
         return number, cycles, len(sizes)
 
 
@@ -187,5 +187,5 @@ def join_terminals(
     way = distance[graph.ends].sum(axis=1) + graph.length
     between = np.flatnonzero(ends[:, 0] != ends[:, 1])
     bridge = spanning_forest(ends, between[np.argsort(way[between], kind="stable")], graph.n)
-    paths = graph.path_edges(before, graph.ends[bridge].ravel())
-    return np.concatenate((seam, graph.difference(graph.union(bridge, paths), seam)))
+    paths = graph.find_edges_on_paths(before, graph.ends[bridge].ravel())
+    return np.concatenate((seam, graph.subtract_seam(graph.unite_seams(bridge, paths), seam)))

@@ -35,7 +35,7 @@ def find_shortest_loops(graph: SurfaceGraph, bases: list[int], best: Loops | Non
     """Return the shortest cut graph: `best`, or one of the cut graphs of loops through each base point."""
     for base in bases:
         loops = _find_loops(graph, base)
-        if best is None or graph.length_of(loops[0]) < graph.length_of(best[0]) * STRICTLY_SHORTER:
+        if best is None or graph.measure_length(loops[0]) < graph.measure_length(best[0]) * STRICTLY_SHORTER:
             best = loops
     assert best is not None
     return best
@@ -44,7 +44,7 @@ def find_shortest_loops(graph: SurfaceGraph, bases: list[int], best: Loops | Non
 def _find_loops(graph: SurfaceGraph, base: int) -> Loops:
     """Return the cut graph of the shortest loops through `base`, and the edge in the middle of each."""
     distance, before, _ = graph.shortest_paths(np.array([base]))
-    shortest = graph.neighbours[1]
+    shortest = graph.adjacent_pairs[1]
     a, b = graph.ends[shortest].T
     in_tree = np.zeros(len(graph.ends), dtype=bool)
     in_tree[shortest] = (before[a] == b) | (before[b] == a)
@@ -54,5 +54,5 @@ def _find_loops(graph: SurfaceGraph, base: int) -> Loops:
     longest_first = outside[np.argsort(-loop[outside], kind="stable")]
     in_cotree[spanning_forest(graph.faces, longest_first, graph.n_faces)] = True
     across = np.flatnonzero(~in_tree & ~in_cotree)
-    seam = graph.union(across, graph.path_edges(before, graph.ends[across].ravel()))
+    seam = graph.unite_seams(across, graph.find_edges_on_paths(before, graph.ends[across].ravel()))
     return prune_stubs(graph, seam, seam[:0]), across  # all loops may share a path to the base: remove it

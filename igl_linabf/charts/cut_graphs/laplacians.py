@@ -36,14 +36,14 @@ class DirichletSolver:
 
     def solve(self, fixed: IntArray, r: FloatArray) -> FloatArray:
         """Return the solution u for a right-hand side (n,); the values of r at fixed nodes are ignored."""
-        return self.solver(fixed)(r)
+        return self.make_solver(fixed)(r)
 
-    def solver(self, fixed: IntArray) -> Callable[[FloatArray], FloatArray]:
+    def make_solver(self, fixed: IntArray) -> Callable[[FloatArray], FloatArray]:
         """Return a function that solves for right-hand sides (n,) or (n, k); the system is factored once."""
-        factor, free = self.factor(fixed), self.free(fixed)
+        factor, free = self.factor(fixed), self.mask_free_nodes(fixed)
         return lambda r: factor.solve(np.where(free, r.T, 0.0).T)
 
-    def free(self, fixed: IntArray) -> BoolArray:
+    def mask_free_nodes(self, fixed: IntArray) -> BoolArray:
         """Return a mask of the nodes that are not fixed, (n,) bool."""
         free = np.ones(self._lower.shape[0], dtype=bool)
         free[fixed] = False
@@ -51,7 +51,7 @@ class DirichletSolver:
 
     def factor(self, fixed: IntArray) -> Factor:
         """Factor the Laplacian with rows of the identity at the fixed nodes."""
-        free = self.free(fixed)
+        free = self.mask_free_nodes(fixed)
         lower = copy(self._lower)  # copying skips the checks of a new SciPy array
         lower.data = lower.data * (free[self._row] & free[self._column])
         lower.data[self._diagonal[fixed]] = 1.0
@@ -78,40 +78,40 @@ class SurfaceLaplacian:
     weight: FloatArray
 
     @cached_property
-    def lower(self) -> sparse.csc_array:
+    def lower_triangle(self) -> sparse.csc_array:
         """The lower triangle of L, (n, n). Every node has a diagonal entry, even without bonds."""
-        return self._matrix(self.weight)
+        return self._build_matrix(self.weight)
 
     @cached_property
-    def whole(self) -> sparse.csc_array:
+    def full_matrix(self) -> sparse.csc_array:
         """The matrix L, (n, n)."""
-        return self.lower + sparse.tril(self.lower, -1).T
+        return self.lower_triangle + sparse.tril(self.lower_triangle, -1).T
 
     @cached_property
-    def dirichlet(self) -> DirichletSolver:
+    def dirichlet_solver(self) -> DirichletSolver:
         """Solver of L u = r with u = 0 at fixed nodes."""
-        return DirichletSolver(self.lower, self._analysis)
+        return DirichletSolver(self.lower_triangle, self._analysis)
 
     @cached_property
-    def dirichlet_of_cotangents(self) -> DirichletSolver:
+    def unclipped_dirichlet_solver(self) -> DirichletSolver:
         """Solver of L u = r with u = 0 at fixed nodes, with unclipped cotangents as the weights of L.
 
         If a cotangent exceeds `MAX_BOND_WEIGHT`, the clipped weights are used.
         """
         if not (np.abs(self.cotangent) < MAX_BOND_WEIGHT).all():
-            return self.dirichlet
-        return DirichletSolver(self._matrix(self.cotangent), self._analysis)
+            return self.dirichlet_solver
+        return DirichletSolver(self._build_matrix(self.cotangent), self._analysis)
 
     @property
-    def thin_share(self) -> float:
+    def thin_bond_share(self) -> float:
         """Share of bonds whose cotangents have a sum of 0 or less, which indicates thin triangles."""
         return float(np.mean(self.cotangent <= 0)) if len(self.cotangent) else 0.0
 
     @cached_property
     def _analysis(self) -> Analysis:
-        return Solvers().analyse(self.lower.indptr, self.lower.indices)
+        return Solvers().analyse(self.lower_triangle.indptr, self.lower_triangle.indices)
 
-    def _matrix(self, weight: FloatArray) -> sparse.csc_array:
+    def _build_matrix(self, weight: FloatArray) -> sparse.csc_array:
         bonds, shape = np.ascontiguousarray(self.bonds.T), (self.n, self.n)
         indptr, indices, slot = symmetric_pattern(bonds, self.n)
         return sparse.csc_array(

@@ -10,7 +10,7 @@ from .branches import (
     ArcArrays,
     find_arcs,
     follow_arc,
-    list_steps,
+    list_seam_steps,
     move_in_groups,
     replace_steps,
     select_longest,
@@ -30,7 +30,7 @@ class _Corridor:
 
     def __init__(self, closed: ClosedSurface, near: BoolArray, seam: IntArray) -> None:
         self.graph = graph = closed.graph
-        _, cycles, sizes = self._pieces = graph.pieces_of(seam)
+        _, cycles, sizes = self._pieces = graph.find_topology_and_sizes(seam)
         self.is_tree = not cycles  # if so, moving an arc always preserves the topology
         self.has_parts = len(sizes) > 1  # whether the seam divides the surface
         self._nodes = np.flatnonzero(near)
@@ -51,11 +51,11 @@ class _Corridor:
     def has_same_topology(self, moved: IntArray) -> bool:
         """Return True if `moved` has the topology of the original seam, and no part has become small."""
         number, cycles, sizes = self._pieces
-        *new, parts = self.graph.pieces_of(moved)
+        *new, parts = self.graph.find_topology_and_sizes(moved)
         same = new == [number, cycles] and len(parts) == len(sizes)
         return same and bool((parts >= MIN_KEPT_PART * sizes).all())
 
-    def is_same_sector(self, node: int, old: int, new: int, on: BoolArray) -> bool:
+    def are_in_same_sector(self, node: int, old: int, new: int, on: BoolArray) -> bool:
         """Return True if no edge in `on` separates the edges `old` and `new` in the one-ring of a node.
 
         `on` is a mask of the other seam edges. If they do not separate `old` from `new`, cutting along the
@@ -76,7 +76,7 @@ class _Corridor:
                     waiting = True
         return int(faces[new, 0]) in reached
 
-    def length_of(self, edges: IntArray) -> float:
+    def measure_length(self, edges: IntArray) -> float:
         """Return the total length of edges."""
         return float(self.length[edges].sum())
 
@@ -150,9 +150,9 @@ def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known
     graph = corridor.graph
 
     def move(arcs: list[ArcArrays], seam: IntArray) -> IntArray | None:
-        blocked, on, old = corridor.mask_blocked_nodes(graph.ends[seam]), graph.mask_of(seam), seam
+        blocked, on, old = corridor.mask_blocked_nodes(graph.ends[seam]), graph.mask_edges(seam), seam
         for edges, nodes in arcs:
-            length, places = corridor.length_of(edges), corridor.index[nodes]
+            length, places = corridor.measure_length(edges), corridor.index[nodes]
             blocked[places[1:]] = False
             path = corridor.shortest_path(int(places[0]), int(places[-1]), blocked, length)
             if len(path) > 1:
@@ -161,20 +161,20 @@ def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known
                 on[edges] = False
                 if (
                     not one
-                    and corridor.length_of(new) < length * STRICTLY_SHORTER
-                    and corridor.is_same_sector(nodes[0], edges[0], new[-1], on)
-                    and corridor.is_same_sector(nodes[-1], edges[-1], new[0], on)
+                    and corridor.measure_length(new) < length * STRICTLY_SHORTER
+                    and corridor.are_in_same_sector(nodes[0], edges[0], new[-1], on)
+                    and corridor.are_in_same_sector(nodes[-1], edges[-1], new[0], on)
                 ):
-                    seam = np.concatenate((graph.difference(seam, edges), new))
+                    seam = np.concatenate((graph.subtract_seam(seam, edges), new))
                     places, edges = corridor.index[path], new
                 on[edges] = True
             blocked[places] = True
         return seam if seam is old or not corridor.has_parts or corridor.has_same_topology(seam) else None
 
-    new = ~graph.mask_of(known)
+    new = ~graph.mask_edges(known)
     arcs = find_arcs(graph, seam, fixed)
     arcs = [arc for arc in arcs if arc[1][0] != arc[1][-1] and len(arc[0]) > 1 and new[arc[0]].any()]
-    return move_in_groups(select_longest(arcs, lambda k: corridor.length_of(arcs[k][0])), seam, move)
+    return move_in_groups(select_longest(arcs, lambda k: corridor.measure_length(arcs[k][0])), seam, move)
 
 
 def _move_branch_points(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float) -> IntArray:
@@ -182,7 +182,7 @@ def _move_branch_points(corridor: _Corridor, seam: IntArray, fixed: set[int], re
     graph = corridor.graph
 
     def move(branches: list[int], seam: IntArray) -> IntArray | None:
-        on, old, changes = graph.mask_of(seam), seam, list[tuple[IntArray, IntArray]]()
+        on, old, changes = graph.mask_edges(seam), seam, list[tuple[IntArray, IntArray]]()
         for branch in branches:
             if len(steps.get(branch, ())) != 3:
                 continue
@@ -194,19 +194,19 @@ def _move_branch_points(corridor: _Corridor, seam: IntArray, fixed: set[int], re
             blocked = corridor.mask_blocked_nodes(np.fromiter(steps, dtype=np.int64, count=len(steps)))
             for _, nodes in arms:
                 blocked[corridor.index[nodes[:-1]]] = False
-            limit = corridor.length_of(own) * STRICTLY_SHORTER
+            limit = corridor.measure_length(own) * STRICTLY_SHORTER
             paths = corridor.steiner_tree(corridor.index[tips], blocked, limit)
             if len(paths[0]):
                 parts = [graph.edges_between(path[:-1], path[1:]) for path in paths]
                 on[own] = False
                 firsts = [part[0] for part in parts if len(part)]
                 if all(
-                    corridor.is_same_sector(tip, edges[-1], new, on)
+                    corridor.are_in_same_sector(tip, edges[-1], new, on)
                     for tip, (edges, _), part in zip(tips, arms, parts, strict=True)
                     for new in (part[-1:] if len(part) else firsts)  # no edges if the branch point is a tip
                 ):
                     own, old_own = np.concatenate(parts), own
-                    seam = np.concatenate((graph.difference(seam, old_own), own))
+                    seam = np.concatenate((graph.subtract_seam(seam, old_own), own))
                     replace_steps(graph, steps, old_own, own)
                     changes.append((old_own, own))
                 on[own] = True
@@ -216,7 +216,7 @@ def _move_branch_points(corridor: _Corridor, seam: IntArray, fixed: set[int], re
             replace_steps(graph, steps, own, old_own)
         return None
 
-    steps = list_steps(graph, seam)
+    steps = list_seam_steps(graph, seam)
     movable = [
         node for node in steps if node >= graph.n_holes and node not in fixed and len(steps[node]) == 3
     ]

@@ -29,12 +29,12 @@ def predict_stretch(closed: ClosedSurface, fixed: IntArray) -> tuple[float, Floa
     """
     if not closed.isometric:
         u = solve_log_scale(closed, fixed, closed.curvature)
-        return conformal_stretch(closed, u), u
+        return predict_conformal_stretch(closed, u), u
     stretch, w = _solve_isometric(closed, fixed)
     return 1 + ISOMETRIC_STRETCH_WEIGHT * (stretch - 1), w
 
 
-def isometric_stretch(closed: ClosedSurface, fixed: IntArray) -> float:
+def predict_isometric_stretch(closed: ClosedSurface, fixed: IntArray) -> float:
     """Return the expected L2 stretch of an isometric map of the surface cut at the nodes `fixed`."""
     return _solve_isometric(closed, fixed)[0]
 
@@ -46,7 +46,7 @@ def _solve_isometric(closed: ClosedSurface, fixed: IntArray) -> tuple[float, Flo
     return 1 + 0.75 * float(weight @ w**2), w
 
 
-def conformal_stretch(closed: ClosedSurface, u: FloatArray) -> float:
+def predict_conformal_stretch(closed: ClosedSurface, u: FloatArray) -> float:
     """Return the L2 stretch of a conformal map with the log scale u."""
     weight = closed.area / closed.area.sum()
     return float(np.sqrt((weight @ np.exp(-2 * u)) * (weight @ np.exp(2 * u))))
@@ -54,7 +54,7 @@ def conformal_stretch(closed: ClosedSurface, u: FloatArray) -> float:
 
 def solve_log_scale(closed: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> FloatArray:
     """Return the logarithm of the conformal scale that removes `curvature` and is 1 at the nodes `fixed`."""
-    u = closed.laplacian.dirichlet.solve(fixed, -curvature)
+    u = closed.laplacian.dirichlet_solver.solve(fixed, -curvature)
     return np.clip(u, -MAX_LOG_SCALE, MAX_LOG_SCALE)
 
 
@@ -64,8 +64,8 @@ def _solve_trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> 
     L w = -K holds outside the nodes `fixed`; the unknowns are the values of w at `fixed`. A hole is one node,
     but w varies along its boundary; therefore the nodes adjacent to holes are unknowns, too.
     """
-    fixed, whole = np.union1d(fixed, closed.graph.near_holes), closed.laplacian.whole
-    solve, values = closed.laplacian.dirichlet.solver(fixed), np.zeros(closed.graph.n)
+    fixed, whole = np.union1d(fixed, closed.graph.nodes_near_holes), closed.laplacian.full_matrix
+    solve, values = closed.laplacian.dirichlet_solver.make_solver(fixed), np.zeros(closed.graph.n)
     w, step, last = solve(-closed.curvature), np.zeros(len(fixed)), np.inf
     for _ in range(MAX_TRACE_STEPS):
         left = weight * w
@@ -82,6 +82,6 @@ def _solve_trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> 
     return np.clip(w, -MAX_LOG_SCALE, MAX_LOG_SCALE)
 
 
-def stretch_weight(method: Method) -> float:
+def get_stretch_weight(method: Method) -> float:
     """Return the weight of (L2 stretch - 1) in the cost of a map computed by `method`."""
     return ISOMETRIC_STRETCH_WEIGHT if isinstance(method, Isometric) else 1.0

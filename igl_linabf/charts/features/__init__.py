@@ -6,6 +6,6 @@ factors on the lengths of visible and hidden seams.
 
 from .constants import TIP_CURVATURE
 from .creased_surface import CreasedSurface
-from .curvature import box_sides, extent, flat_shares
+from .curvature import compute_flat_shares, measure_bounding_box, measure_extent
 from .rays import find_unseen_charts
-from .visibility import Hiding, hiding_weights
+from .visibility import Hiding, compute_hiding_weights

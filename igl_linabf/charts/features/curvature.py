@@ -35,11 +35,11 @@ class Smoothing:
         self._number = np.diff(indptr) + np.bincount(indices, minlength=n) - 1.0
         self._length = float(np.median(length)) if len(length) else np.inf
 
-    def steps(self, reach: float, most: int) -> int:
+    def count_steps(self, reach: float, most: int) -> int:
         """Return the number of smoothing steps, at most `most`, that average over the distance `reach`."""
         return min(round((reach / self._length) ** 2), most)
 
-    def of(self, values: FloatArray, steps: int) -> FloatArray:
+    def smooth(self, values: FloatArray, steps: int) -> FloatArray:
         """Smooth values at the vertices, (#V,) or (#V, 2), by a number of averaging steps."""
         pairs = values if values.ndim > 1 else np.column_stack((values, np.zeros(len(values))))
         for _ in range(steps):
@@ -47,7 +47,7 @@ class Smoothing:
         return pairs if values.ndim > 1 else np.ascontiguousarray(pairs[:, 0])
 
 
-def mean_curvature(
+def integrate_mean_curvature(
     component: Submesh, edges: IntArray, length: FloatArray, bend: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return twice the mean curvature, integrated around each vertex, and the area around each vertex."""
@@ -56,12 +56,12 @@ def mean_curvature(
     return turned, sum_by_index(corner, np.tile(double_area / 6, 3), len(component.V))
 
 
-def extent(V: FloatArray) -> float:
+def measure_extent(V: FloatArray) -> float:
     """Return the longest side of the bounding box of `V`."""
-    return float(box_sides(V).max())
+    return float(measure_bounding_box(V).max())
 
 
-def box_sides(V: FloatArray) -> FloatArray:
+def measure_bounding_box(V: FloatArray) -> FloatArray:
     """Return the sides of the bounding box of `V`."""
     return np.asarray(np.ptp(np.ascontiguousarray(V.T), axis=1))  # ten times as fast as np.ptp(V, axis=0)
 
@@ -76,7 +76,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
     double_area, dot = component.areas_and_products
     normal = normals(V, topology.corner)
     squared_side = dot[NEXT] + dot[PREV]  # squared length of the side opposite to each corner
-    least = MIN_SURE_HEIGHT * constants.COORDINATE_NOISE * (extent(V) if size is None else size)
+    least = MIN_SURE_HEIGHT * constants.COORDINATE_NOISE * (measure_extent(V) if size is None else size)
     unsure = double_area < least * np.sqrt(squared_side.max(axis=0))
     if unsure.any():
         m = len(F)
@@ -94,7 +94,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
     return np.asarray(normal)
 
 
-def dihedral_angles(component: Submesh, size: FloatArray | None = None) -> FloatArray:
+def compute_dihedral_angles(component: Submesh, size: FloatArray | None = None) -> FloatArray:
     """Return the angle between the `face_normals` at each inner edge; negative at concave edges."""
     topology = component.topology
     return dihedrals(
@@ -102,27 +102,31 @@ def dihedral_angles(component: Submesh, size: FloatArray | None = None) -> Float
     )
 
 
-def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
+def compute_flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
     """Return the share of the area that is flat: faces that are nearly coplanar with an adjacent face.
 
     Faces are nearly coplanar if the normal turns by less than `FLAT_TURN` over a distance of the square root
     of the area. Coplanar faces that form one triangle, for example in a subdivided mesh, count as this
     triangle. Therefore the share does not depend on the resolution of the mesh. It is about 0.1 on smooth
-    surfaces. `bend` has the `dihedral_angles` if they have been computed before.
+    surfaces. `bend` has the dihedral angles if they have been computed before.
     """
-    return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64), bend)[0])
+    return float(compute_flat_shares(component, np.zeros(len(component.F), dtype=np.int64), bend)[0])
 
 
-def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) -> FloatArray:
-    """Return the `flat_share` of each component; `of` is the component of each face."""
+def compute_flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) -> FloatArray:
+    """Return the flat share of each component; `of` is the component of each face."""
     topology, m, number = surface.topology, len(surface.F), int(of.max()) + 1
     sides = topology.interior_edge_faces.T
     double_area = surface.areas_and_products[0]
     total = sum_by_index(of, double_area, number)
     length = lengths(surface.V, topology.interior_edge_ends)
-    size = component_extents(surface, of)[of] if number > 1 else np.broadcast_to(extent(surface.V), m)
+    size = (
+        measure_component_extents(surface, of)[of]
+        if number > 1
+        else np.broadcast_to(measure_extent(surface.V), m)
+    )
     if bend is None:
-        bend = dihedral_angles(surface, size if number > 1 else None)
+        bend = compute_dihedral_angles(surface, size if number > 1 else None)
     bend = np.abs(bend)
     facet = _find_facets(surface, sides, bend, size)
     area, (one, other), whole = double_area, sides, np.sqrt(total / 2)
@@ -169,10 +173,10 @@ def _find_facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: Floa
     return np.unique(np.where(triangle[plane], m + plane, np.arange(m)), return_inverse=True)[1]
 
 
-def component_extents(surface: Submesh, of: IntArray) -> FloatArray:
-    """Return the `extent` of each component; `of` is the component of each face."""
+def measure_component_extents(surface: Submesh, of: IntArray) -> FloatArray:
+    """Return the extent of each component; `of` is the component of each face."""
     if not of.any():
-        return np.full(1, extent(surface.V))
+        return np.full(1, measure_extent(surface.V))
     order = np.argsort(of, kind="stable")
     faces = Ragged(np.searchsorted(of[order], np.arange(int(of.max()) + 2)))
     corner = np.ascontiguousarray(surface.V.T)[:, surface.F[order].T]

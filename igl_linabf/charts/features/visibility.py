@@ -20,7 +20,7 @@ from ..._types import FloatArray, IntArray
 from ...errors import MeshError, MeshWarning, first_few, stack_level
 from ...surface import Submesh, sum_by_index
 from . import constants
-from .curvature import Smoothing, dihedral_angles, flat_share, mean_curvature
+from .curvature import Smoothing, compute_dihedral_angles, compute_flat_share, integrate_mean_curvature
 
 HIDING = 3.0  # multiplies the length of seams in full view, and divides the length of hidden seams
 HIDING_ON_BACK = 2.0  # `HIDING` for hide="back"; lower, because the back is only estimated
@@ -38,7 +38,7 @@ MAX_SMOOTHING_STEPS = 30  # maximum number of smoothing steps of the visibility 
 Hiding = ArrayLike | Literal["back"]
 
 
-def hiding_weights(surface: Submesh, hide: Hiding | None, face: IntArray) -> FloatArray | None:
+def compute_hiding_weights(surface: Submesh, hide: Hiding | None, face: IntArray) -> FloatArray | None:
     """Return how well each triangle hides a seam, from -1 to 1; None if `hide` is None.
 
     `hide` is a direction, (3,), a weight for each input face, or "back". `face` is the input face that each
@@ -90,8 +90,8 @@ def _measure_facing_away(component: Submesh) -> FloatArray:
     nowhere = np.zeros(len(component.F))
     if len(component.F) < MIN_DETAILED_FACES:
         return nowhere
-    bend = dihedral_angles(component)
-    if flat_share(component, bend) > constants.PLANAR_SHARE:
+    bend = compute_dihedral_angles(component)
+    if compute_flat_share(component, bend) > constants.PLANAR_SHARE:
         return nowhere
     double_area, salience = (
         component.areas_and_products[0],
@@ -112,13 +112,15 @@ def _compute_salience(component: Submesh, bend: FloatArray) -> FloatArray:
     topology = component.topology
     edges = topology.edges[topology.sides[1] >= 0]
     length = lengths(component.V, edges)
-    turned = np.column_stack(mean_curvature(component, edges, length, bend))  # columns: integral, area
+    turned = np.column_stack(
+        integrate_mean_curvature(component, edges, length, bend)
+    )  # columns: integral, area
     smoothing, size = Smoothing(component, edges, length), float(np.sqrt(turned[:, 1].sum()))
-    coarse = max(smoothing.steps(COARSE_SCALE * size, MAX_SALIENCE_STEPS), 1)
+    coarse = max(smoothing.count_steps(COARSE_SCALE * size, MAX_SALIENCE_STEPS), 1)
     fine = max(round(coarse * (FINE_SCALE / COARSE_SCALE) ** 2), 1)
     curvature = []
     for steps in (fine, max(coarse - fine, 1)):
-        turned = smoothing.of(turned, steps)
+        turned = smoothing.smooth(turned, steps)
         curvature.append(turned[:, 0] / turned[:, 1])
     return np.asarray(np.abs(curvature[0] - curvature[1]))
 
@@ -139,10 +141,12 @@ def _measure_facing(surface: Submesh, direction: FloatArray) -> FloatArray:
     return facing
 
 
-def hiding_factors(surface: Submesh, edges: IntArray, length: FloatArray, hidden: FloatArray) -> FloatArray:
+def compute_visibility_factors(
+    surface: Submesh, edges: IntArray, length: FloatArray, hidden: FloatArray
+) -> FloatArray:
     """Return the factor on the length of each inner edge, below 1 where a seam is hidden.
 
-    On fine meshes, the `hiding_weights` are averaged over the distance `SMOOTHING_REACH`.
+    On fine meshes, the hiding weights are averaged over the distance `SMOOTHING_REACH`.
 
     Parameters
     ----------
@@ -150,15 +154,17 @@ def hiding_factors(surface: Submesh, edges: IntArray, length: FloatArray, hidden
     edges : (#E, 2) int64
     length : (#E,) float64
     hidden : (#F',) float64
-        The `hiding_weights` of the input faces.
+        The hiding weights of the input faces.
     """
     own, double_area = hidden[surface.faces], surface.areas_and_products[0]
     smoothing = Smoothing(surface, edges, length)
-    steps = smoothing.steps(SMOOTHING_REACH * float(np.sqrt(double_area.sum() / 2)), MAX_SMOOTHING_STEPS)
+    steps = smoothing.count_steps(
+        SMOOTHING_REACH * float(np.sqrt(double_area.sum() / 2)), MAX_SMOOTHING_STEPS
+    )
     if not steps:
         return np.asarray(HIDING ** -own[surface.topology.interior_edge_faces].mean(axis=1))
     corner, n = surface.topology.corner.ravel(), len(surface.V)
     mean = sum_by_index(corner, np.tile(double_area * own, 3), n) / sum_by_index(
         corner, np.tile(double_area, 3), n
     )
-    return np.asarray(HIDING ** -smoothing.of(mean, steps)[edges].mean(axis=1))
+    return np.asarray(HIDING ** -smoothing.smooth(mean, steps)[edges].mean(axis=1))

@@ -11,7 +11,7 @@ from ..._types import FloatArray, IntArray
 from ...errors import MeshError
 from ...surface import Ragged, complex_positions, real_coordinates
 from ..atlas import Atlas
-from ..cost import page_cost
+from ..cost import compute_page_cost
 from .packing import PackingRequest, pack_maps
 from .spacing import Packing
 
@@ -51,12 +51,12 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
     (1.0, 4.0)
     """
     parted = [_extract_charts(atlas) for atlas in atlases]
-    request = PackingRequest.of_maps(packing)
+    request = PackingRequest.for_maps(packing)
     placed = pack_maps([chart for charts, _ in parted for chart in charts], request)
     if not placed:
         return list(atlases)
     last = max(p.page for p in placed) + 1
-    page = page_cost(sum(p.area for p in placed) / last)
+    page = compute_page_cost(sum(p.area for p in placed) / last)
     made, first = [], 0
     for atlas, (charts, rows) in zip(atlases, parted, strict=True):
         own = placed[first : first + len(charts)]

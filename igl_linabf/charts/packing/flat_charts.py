@@ -19,8 +19,8 @@ from ...surface import (
 )
 from ..atlas import restrict_uv, scale_to_surface
 from ..features import CreasedSurface
-from ..least_cuts import divide_at_least_cut, terminals_beside_line
-from .outlines import Outline, rectangles
+from ..least_cuts import divide_at_least_cut, find_terminals_beside_line
+from .outlines import Outline, find_bounding_rectangles
 
 MIN_MAP_AREA = 1e-12  # a part with a smaller ratio of map area to surface area gets no outline
 HULL_DIRECTIONS = 32  # directions whose extreme points approximate the convex hull of a chart
@@ -52,77 +52,82 @@ class FlatChart:
     parent: int
 
     @cached_property
-    def _rows(self) -> IntArray:
+    def _interior_edges(self) -> IntArray:
         """The inner edges of the piece, as indices of inner edges of the surface."""
-        return self.creased.find_rows(self.piece)
+        return self.creased.find_edges_of_piece(self.piece)
 
     @cached_property
-    def atom(self) -> IntArray:
+    def atom_of_face(self) -> IntArray:
         """The atom (polygon or plane) of each face, (#F,)."""
-        within = self.creased.is_in_atom[self._rows]
+        within = self.creased.is_in_atom[self._interior_edges]
         return connected_labels(self.piece.topology.interior_edge_faces[within], len(self.piece.F))
 
     @cached_property
-    def _between(self) -> BoolArray:
+    def _is_between_atoms(self) -> BoolArray:
         """Mask of the inner edges that separate two atoms (polygons or planes)."""
-        one, other = self.atom[self.piece.topology.interior_edge_faces].T
+        one, other = self.atom_of_face[self.piece.topology.interior_edge_faces].T
         return np.asarray(one != other)
 
     @cached_property
-    def z(self) -> ComplexArray:
+    def positions(self) -> ComplexArray:
         """The positions of the vertices in the map, as complex numbers, (#V,)."""
         return complex_positions(self.uv)
 
     @cached_property
-    def centre(self) -> FloatArray:
+    def atom_centres(self) -> FloatArray:
         """Centres of the atoms (polygons or planes) in the map, (#P, 2)."""
         a, b, c = self.uv[self.piece.topology.corner]
-        return compute_group_centres(self.atom, (a + b + c) / 3)
+        return compute_group_centres(self.atom_of_face, (a + b + c) / 3)
 
     @cached_property
-    def sides(self) -> IntArray:
+    def atoms_beside_edges(self) -> IntArray:
         """The atoms (polygons or planes) on both sides of each edge that may be cut, (2, #E)."""
-        return np.asarray(self.atom[self.piece.topology.interior_edge_faces[self._between]].T)
+        return np.asarray(
+            self.atom_of_face[self.piece.topology.interior_edge_faces[self._is_between_atoms]].T
+        )
 
     @cached_property
-    def prices(self) -> FloatArray:
+    def edge_prices(self) -> FloatArray:
         """Price of a seam along each edge that may be cut, (#E,), in units of length on the surface."""
-        return np.asarray(self.creased.price[self._rows[self._between]])
+        return np.asarray(self.creased.edge_price[self._interior_edges[self._is_between_atoms]])
 
     @cached_property
-    def ends(self) -> IntArray:
+    def edge_ends(self) -> IntArray:
         """The vertices of each edge that may be cut, (#E, 2), with the atom `sides[0]` on the left."""
-        return np.asarray(self.piece.topology.interior_edge_ends[self._between])
+        return np.asarray(self.piece.topology.interior_edge_ends[self._is_between_atoms])
 
     @cached_property
-    def rim(self) -> tuple[IntArray, IntArray]:
+    def boundary_edges(self) -> tuple[IntArray, IntArray]:
         """The vertices of the boundary edges, (#B, 2), and the atom (polygon or plane) left of each edge."""
         topology = self.piece.topology
         at = topology.sides[1] < 0
-        return topology.edges[at], self.atom[topology.sides[0, at] % len(self.piece.F)]
+        return topology.edges[at], self.atom_of_face[topology.sides[0, at] % len(self.piece.F)]
 
     @cached_property
-    def areas(self) -> FloatArray:
+    def atom_areas(self) -> FloatArray:
         """Areas of the atoms (polygons or planes) on the surface and in the map, (2, #P)."""
-        mapped = np.abs(signed_double_areas(self.z, self.piece.topology.corner))
+        mapped = np.abs(signed_double_areas(self.positions, self.piece.topology.corner))
         return np.stack(
-            [np.bincount(self.atom, double) / 2 for double in (self.piece.areas_and_products[0], mapped)]
+            [
+                np.bincount(self.atom_of_face, double) / 2
+                for double in (self.piece.areas_and_products[0], mapped)
+            ]
         )
 
     @property
-    def area(self) -> float:
+    def map_area(self) -> float:
         """Area of the chart in the map."""
-        return float(self.areas[1].sum())
+        return float(self.atom_areas[1].sum())
 
     @cached_property
-    def hull(self) -> float:
+    def hull_area(self) -> float:
         """Area of the convex hull of the map's extreme points in `HULL_DIRECTIONS` directions."""
-        rim = self.uv[self.rim[0][:, 0]]
+        rim = self.uv[self.boundary_edges[0][:, 0]]
         x, y = rim[(rim @ OUTWARDS).argmax(axis=0)].T
         return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) / 2
 
     @cached_property
-    def diagonal(self) -> float:
+    def map_diagonal(self) -> float:
         """Diagonal of the map's axis-aligned bounding rectangle."""
         return float(np.linalg.norm(np.ptp(self.uv, axis=0)))
 
@@ -131,16 +136,18 @@ class FlatChart:
 
         `along` has the signed distance of each atom from the line, (#P,).
         """
-        return divide_at_least_cut(self.sides, self.prices, terminals_beside_line(along, band))
+        return divide_at_least_cut(
+            self.atoms_beside_edges, self.edge_prices, find_terminals_beside_line(along, band)
+        )
 
-    def parts(self, side: BoolArray) -> list["FlatChart"]:
+    def cut_into_parts(self, side: BoolArray) -> list["FlatChart"]:
         """Cut the chart along the border of the atoms in the mask `side`, (#P,), and return the parts.
 
         The map of each part is scaled to the part's area on the surface. Parts are sorted by their first
-        faces, in the same order as in `AtomGroups.outlines`.
+        faces, in the same order as in `FaceGroups.make_outlines_of_parts`.
         """
         piece = self.piece
-        parts = sorted(piece.cut_between_labels(side[self.atom]), key=lambda part: int(part.faces[0]))
+        parts = sorted(piece.cut_between_labels(side[self.atom_of_face]), key=lambda part: int(part.faces[0]))
         return [
             FlatChart(
                 self.creased, part, scale_to_surface(restrict_uv(self.uv, piece, part), part), self.parent
@@ -148,27 +155,29 @@ class FlatChart:
             for part in parts
         ]
 
-    def atoms(self) -> "AtomGroups":
-        """Return `AtomGroups` in which each atom (polygon or plane) is a group."""
-        alone = np.arange(len(self.centre))
-        return AtomGroups(self, alone, self.centre, np.ones(len(self.sides[0]), dtype=bool))
+    def make_groups_of_one(self) -> "FaceGroups":
+        """Return `FaceGroups` in which each atom (polygon or plane) is a group."""
+        alone = np.arange(len(self.atom_centres))
+        return FaceGroups(
+            self, alone, self.atom_centres, np.ones(len(self.atoms_beside_edges[0]), dtype=bool)
+        )
 
-    def groups(self, squares: int) -> "AtomGroups":
+    def group_by_square(self, squares: int) -> "FaceGroups":
         """Group the connected atoms in each square of a grid that divides the chart's side into `squares`.
 
         If there are at most as many atoms as squares, each atom is a group.
         """
-        centre, sides = self.centre, self.sides
+        centre, sides = self.atom_centres, self.atoms_beside_edges
         if len(centre) <= squares**2:
-            return self.atoms()
+            return self.make_groups_of_one()
         square = np.floor(centre / (np.ptp(centre, axis=0).max() / squares)).astype(np.int64)
         same = (square[sides[0]] == square[sides[1]]).all(axis=1)
         group = connected_labels(sides[:, same].T, len(centre))
-        return AtomGroups(self, group, compute_group_centres(group, centre), ~same)
+        return FaceGroups(self, group, compute_group_centres(group, centre), ~same)
 
 
 @dataclass(frozen=True, eq=False)
-class AtomGroups:
+class FaceGroups:
     """Groups of connected atoms of a chart.
 
     Attributes
@@ -188,67 +197,69 @@ class AtomGroups:
     is_border: BoolArray
 
     @cached_property
-    def sides(self) -> IntArray:
+    def groups_beside_edges(self) -> IntArray:
         """The groups on both sides of each edge between two groups, (2, #B)."""
-        return np.asarray(self.label[self.chart.sides[:, self.is_border]])
+        return np.asarray(self.label[self.chart.atoms_beside_edges[:, self.is_border]])
 
     @cached_property
-    def prices(self) -> FloatArray:
+    def edge_prices(self) -> FloatArray:
         """Prices of seams along the edges between two groups, (#B,), in units of length on the surface."""
-        return np.asarray(self.chart.prices[self.is_border])
+        return np.asarray(self.chart.edge_prices[self.is_border])
 
     @cached_property
-    def outer(self) -> BoolArray:
+    def is_at_boundary(self) -> BoolArray:
         """Mask of the groups at the boundary of the chart, (#G,)."""
         outer = np.zeros(len(self.centre), dtype=bool)
-        outer[self.label[self.chart.rim[1]]] = True
+        outer[self.label[self.chart.boundary_edges[1]]] = True
         return outer
 
     @cached_property
-    def areas(self) -> FloatArray:
+    def group_areas(self) -> FloatArray:
         """Areas of the groups on the surface and in the map, (2, #G)."""
-        return np.stack([np.bincount(self.label, area) for area in self.chart.areas])
+        return np.stack([np.bincount(self.label, area) for area in self.chart.atom_areas])
 
-    def outlines(self, beyond: BoolArray) -> list[list[Outline]]:
+    def make_outlines_of_parts(self, beyond: BoolArray) -> list[list[Outline]]:
         """Return the outlines of the chart's parts for each of several alternative cuts.
 
         `beyond`, (#cuts, #G), is a mask of the groups on one side of each cut. If a part is a single
         triangle, or has no area in the map, the list of its cut is empty.
         """
         n, cuts = len(self.centre), len(beyond)
-        cut = beyond[:, self.sides[0]] != beyond[:, self.sides[1]]
+        cut = beyond[:, self.groups_beside_edges[0]] != beyond[:, self.groups_beside_edges[1]]
         ends = np.empty((*cut.shape, 2), dtype=np.int64)
-        ends[...] = self.sides.T + n * np.arange(cuts)[:, None, None]
+        ends[...] = self.groups_beside_edges.T + n * np.arange(cuts)[:, None, None]
         by, edge = np.nonzero(cut)
         ends[by, edge, 1] = ends[by, edge, 0]  # a self-loop, because the cut separates the two groups
         part = connected_labels(ends.reshape(-1, 2), n * cuts)
-        rim, atom = self.chart.rim
-        seam = self.chart.ends[self.is_border][edge]
+        rim, atom = self.chart.boundary_edges
+        seam = self.chart.edge_ends[self.is_border][edge]
         around = np.concatenate((np.tile(rim, (cuts, 1)), seam, seam[:, ::-1]))
         at_rim = self.label[atom] + n * np.arange(cuts)[:, None]
-        of = part[np.concatenate((at_rim.ravel(), *(self.sides[:, edge] + n * by)))]
+        of = part[np.concatenate((at_rim.ravel(), *(self.groups_beside_edges[:, edge] + n * by)))]
         order = np.argsort(of, kind="stable")
-        totals = *self.areas, np.bincount(self.label[self.chart.atom])
+        totals = *self.group_areas, np.bincount(self.label[self.chart.atom_of_face])
         own, mapped, faces = np.stack([np.bincount(part, np.tile(total, cuts)) for total in totals])
         sides = Ragged.from_sizes(np.bincount(of, minlength=len(own)))
-        made = _make_outlines(self.chart.z[around[order].T], sides, own, np.where(faces > 1, mapped, 0))
+        made = _make_outlines(
+            self.chart.positions[around[order].T], sides, own, np.where(faces > 1, mapped, 0)
+        )
         begin = [*part[::n].tolist(), len(made)]  # the parts of each cut have consecutive numbers
-        return [_require_all(made[i:j]) for i, j in pairwise(begin)]
+        return [_discard_if_incomplete(made[i:j]) for i, j in pairwise(begin)]
 
 
-def make_whole_outlines(charts: Sequence[FlatChart]) -> list[Outline]:
+def make_chart_outlines(charts: Sequence[FlatChart]) -> list[Outline]:
     """Return the outlines of charts, scaled to their areas on the surface and turned to narrow rectangles.
 
     The lower left corner of each chart's rectangle is at the origin. If any chart has no area in its map, the
     list is empty.
     """
-    sides = Ragged.from_sizes([len(chart.rim[0]) for chart in charts])
-    ends = np.concatenate([chart.z[chart.rim[0]] for chart in charts])
-    own, mapped = np.array([chart.areas.sum(axis=1) for chart in charts]).T
-    return _require_all(_make_outlines(ends.T, sides, own, mapped))
+    sides = Ragged.from_sizes([len(chart.boundary_edges[0]) for chart in charts])
+    ends = np.concatenate([chart.positions[chart.boundary_edges[0]] for chart in charts])
+    own, mapped = np.array([chart.atom_areas.sum(axis=1) for chart in charts]).T
+    return _discard_if_incomplete(_make_outlines(ends.T, sides, own, mapped))
 
 
-def _require_all(outlines: list[Outline | None]) -> list[Outline]:
+def _discard_if_incomplete(outlines: list[Outline | None]) -> list[Outline]:
     """Return the outlines, or an empty list if any of them is None."""
     has = [outline for outline in outlines if outline is not None]
     return has if len(has) == len(outlines) else []
@@ -265,7 +276,7 @@ def _make_outlines(
     scale = np.sqrt(np.where(kept, own, 0) / np.where(kept, mapped, 1))
     start, end = ends * sides.repeat(scale)
     turn = sides.repeat(min_rectangle_rotations(start, sides.start))
-    low = sides.repeat(rectangles(start * turn, sides)[0])
+    low = sides.repeat(find_bounding_rectangles(start * turn, sides)[0])
     weight = np.ones(len(start), dtype=np.int64)
     rows = (sides.split(values) for values in (start * turn - low, end * turn - low, weight))
     each = zip(*rows, own.tolist(), kept.tolist(), strict=True)

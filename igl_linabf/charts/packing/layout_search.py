@@ -56,7 +56,7 @@ class Layout:
 
 
 @dataclass(frozen=True, eq=False)
-class Charts:
+class UnplacedCharts:
     """Charts to lay out, rotated to their narrowest rectangles, with lower left corners at the origin.
 
     Attributes
@@ -77,11 +77,11 @@ class Charts:
     upright: bool = False
     fixed: bool = False
 
-    def least_side(self, aspect: float) -> float:
+    def compute_min_page_width(self, aspect: float) -> float:
         """Return a lower bound of the page width, because no chart on a page is longer than its diagonal."""
         return float(self.sizes.max() / np.hypot(1, aspect))
 
-    def turns(self, is_upright: BoolArray | bool) -> list[ComplexArray]:
+    def list_candidate_turns(self, is_upright: BoolArray | bool) -> list[ComplexArray]:
         """Return the turns of each chart to try: `list_turns`, or only the identity if charts are fixed."""
         if self.fixed:
             return [np.ones(1, dtype=np.complex128)] * len(self.areas)
@@ -92,7 +92,7 @@ class Charts:
         """Mask of the charts whose outline `is_straight`."""
         return np.array([outline.is_straight for outline in self.outlines], dtype=bool)
 
-    def select_shaped(self) -> IntArray:
+    def select_for_outlines(self) -> IntArray:
         """Return the charts that are packed by their outlines: at most `MAX_SHAPED_CHARTS`, largest first.
 
         All other charts are packed as rectangles into the gaps.
@@ -115,21 +115,25 @@ def list_turns(is_upright: BoolArray) -> list[ComplexArray]:
     return [quarters if upright else free for upright in is_upright.tolist()]
 
 
-def find_fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | None) -> Layout | None:
+def find_fixed_layout(
+    charts: UnplacedCharts, side: float, spacing: Spacing, pages: int | None
+) -> Layout | None:
     """Lay out charts on pages of the given side; return None if they do not fit.
 
     At most `pages` pages are used; None means any number.
     """
-    if charts.least_side(spacing.aspect) > side * spacing.inner:
+    if charts.compute_min_page_width(spacing.aspect) > side * spacing.inner_width:
         return None
-    shaped = charts.select_shaped()
-    found = _place_on_pages(charts, shaped, charts.turns(charts.is_straight), side, spacing, pages)
+    shaped = charts.select_for_outlines()
+    found = _place_on_pages(
+        charts, shaped, charts.list_candidate_turns(charts.is_straight), side, spacing, pages
+    )
     if found is None:
-        found = _place_on_pages(charts, shaped, charts.turns(False), side, spacing, pages)
+        found = _place_on_pages(charts, shaped, charts.list_candidate_turns(False), side, spacing, pages)
     return _convert_aspect(found, spacing)
 
 
-def find_largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
+def find_largest_layout(charts: UnplacedCharts, spacing: Spacing, pages: int) -> Layout | None:
     """Lay out charts on the smallest possible pages; return None if the gaps leave no room for charts."""
     return _convert_aspect(_search_largest_layout(charts, spacing, pages), spacing)
 
@@ -141,19 +145,19 @@ def _convert_aspect(layout: Layout | None, spacing: Spacing) -> Layout | None:
     return replace(layout, corner=layout.corner.real + 1j * layout.corner.imag * spacing.aspect)
 
 
-def _search_largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
+def _search_largest_layout(charts: UnplacedCharts, spacing: Spacing, pages: int) -> Layout | None:
     """Find the layout of charts on the smallest possible square pages."""
     n = len(charts.outlines)
-    if n * spacing.gap**2 > pages * (spacing.inner + spacing.gap) ** 2:
+    if n * spacing.gap**2 > pages * (spacing.inner_width + spacing.gap) ** 2:
         return None
     if n == 1:
-        side = float((charts.sizes / [1, spacing.aspect]).max()) / spacing.inner
+        side = float((charts.sizes / [1, spacing.aspect]).max()) / spacing.inner_width
         return Layout(np.ones(1, np.complex128), np.zeros(1, np.int64), np.zeros(1, np.complex128), side)
-    shaped, turns = charts.select_shaped(), np.ones((n, 1), dtype=np.complex128)
+    shaped, turns = charts.select_for_outlines(), np.ones((n, 1), dtype=np.complex128)
     if len(shaped):
-        found = _find_coarse_layouts(charts, shaped, spacing, charts.turns(charts.is_straight))
+        found = _find_coarse_layouts(charts, shaped, spacing, charts.list_candidate_turns(charts.is_straight))
         if charts.is_straight[shaped].any() and not charts.upright:
-            free = _find_coarse_layouts(charts, shaped, spacing, charts.turns(False))
+            free = _find_coarse_layouts(charts, shaped, spacing, charts.list_candidate_turns(False))
             if free[0].needed ** 2 < (1 - OBLIQUE_GAIN) * found[0].needed ** 2:
                 found = free
         if pages == 1 and len(shaped) == n:
@@ -163,16 +167,16 @@ def _search_largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layo
 
 
 def _bisect_side(
-    charts: Charts, shaped: IntArray, turns: Turns, spacing: Spacing, pages: int
+    charts: UnplacedCharts, shaped: IntArray, turns: Turns, spacing: Spacing, pages: int
 ) -> Layout | None:
     """Find the smallest pages by bisection and return the layout on them, with the given rotations."""
     aspect = spacing.aspect
     least = (
         np.sqrt(charts.areas.sum() / aspect / pages),
         charts.sizes.min(axis=1).max() / min(1, aspect),
-        charts.least_side(aspect),
+        charts.compute_min_page_width(aspect),
     )
-    low = float(max(least)) / spacing.inner
+    low = float(max(least)) / spacing.inner_width
     best, high = None, 1.5 * low
     while best is None and high < MAX_SIDE_RATIO * low:
         best = _place_on_pages(charts, shaped, turns, high, spacing, pages)
@@ -201,7 +205,7 @@ class _PlacedCharts:
     places: IntArray
     extents: IntArray
 
-    def layout(self, order: IntArray, side: float) -> Layout:
+    def make_layout(self, order: IntArray, side: float) -> Layout:
         """Return the layout, in which charts outside `order` are at the origin of the first page."""
         k, page, x, y = self.places.T
         turn, corner = np.ones(self.n, dtype=np.complex128), np.zeros(self.n, dtype=np.complex128)
@@ -226,22 +230,22 @@ class _SquareLayout:
 
     @cached_property
     def layout(self) -> Layout:
-        return self.placed.layout(self.order, self.side)
+        return self.placed.make_layout(self.order, self.side)
 
     @property
-    def fits(self) -> bool:
+    def fits_on_page(self) -> bool:
         return self.needed <= self.side
 
 
 def _find_coarse_layouts(
-    charts: Charts, shaped: IntArray, spacing: Spacing, turns: Turns
+    charts: UnplacedCharts, shaped: IntArray, spacing: Spacing, turns: Turns
 ) -> list[_SquareLayout]:
     """Return layouts on two coarse grids, best first."""
     areas = charts.areas[shaped]
     order = np.argsort(-areas, kind="stable")
     found = list[_SquareLayout]()
     expected = float(np.sqrt(areas.sum() / spacing.aspect / EXPECTED_FILL))
-    side = max(expected, charts.least_side(spacing.aspect))
+    side = max(expected, charts.compute_min_page_width(spacing.aspect))
     for _ in range(2):
         masks = _draw_masks(charts, shaped[order], turns, side, COARSE_GRID, spacing)
         found.append(_make_square_layout(charts, shaped[order], masks, side, COARSE_GRID, spacing))
@@ -251,7 +255,7 @@ def _find_coarse_layouts(
     return sorted(found, key=lambda entry: entry.needed)
 
 
-def _refine_layout(charts: Charts, coarse: list[_SquareLayout], spacing: Spacing) -> Layout | None:
+def _refine_layout(charts: UnplacedCharts, coarse: list[_SquareLayout], spacing: Spacing) -> Layout | None:
     """Repeat the best coarse layout on a fine grid; return None if no layout fits its page.
 
     On the fine grid, a chart may narrowly fail to fit into a concavity of another chart, and the page becomes
@@ -259,17 +263,17 @@ def _refine_layout(charts: Charts, coarse: list[_SquareLayout], spacing: Spacing
     """
     found: list[_SquareLayout] = []
     for entry in coarse:
-        best_side = min((made.needed for made in found if made.fits), default=np.inf)
+        best_side = min((made.needed for made in found if made.fits_on_page), default=np.inf)
         if best_side <= CLOSE_SIDE * coarse[0].needed or entry.needed >= best_side:
             break
         side, turns = entry.needed * (1 + FINE_SLACK), entry.layout.turn[:, None]
         for trial in range(MAX_FINE_TRIALS):
             masks = _draw_masks(charts, entry.order, turns, side, FINE_GRID, spacing)
             found.append(_make_square_layout(charts, entry.order, masks, side, FINE_GRID, spacing))
-            if found[-1].fits:
+            if found[-1].fits_on_page:
                 break
             side = max(side, found[-1].needed) * (1 + FINE_SLACK * 2**trial)
-    fitting = [entry for entry in (*found, *coarse) if entry.fits]
+    fitting = [entry for entry in (*found, *coarse) if entry.fits_on_page]
     if not fitting:
         return None
     best = min(fitting, key=lambda entry: entry.needed)
@@ -277,16 +281,16 @@ def _refine_layout(charts: Charts, coarse: list[_SquareLayout], spacing: Spacing
 
 
 def _draw_masks(
-    charts: Charts, chosen: IntArray, turns: Turns, side: float, grid: int, spacing: Spacing
+    charts: UnplacedCharts, chosen: IntArray, turns: Turns, side: float, grid: int, spacing: Spacing
 ) -> ChartMasks:
     """Rasterise the chosen charts for pages of width `side` that have `grid` cells along the side."""
     which, gap = chosen.tolist(), spacing.gap * grid
     outlines, own = [charts.outlines[i] for i in which], [turns[i] for i in which]
-    return ChartMasks.of(rasterize_outlines(outlines, own, grid / side, gap, spacing.aspect))
+    return ChartMasks.concatenate(rasterize_outlines(outlines, own, grid / side, gap, spacing.aspect))
 
 
 def _make_square_layout(
-    charts: Charts, order: IntArray, masks: ChartMasks, side: float, grid: int, spacing: Spacing
+    charts: UnplacedCharts, order: IntArray, masks: ChartMasks, side: float, grid: int, spacing: Spacing
 ) -> _SquareLayout:
     """Place charts on one page, with the gaps of a page of width `side` that has `grid` cells along it."""
     room, placed = GROWING_ROOM, None
@@ -294,7 +298,7 @@ def _make_square_layout(
         placed = _place_charts(len(charts.outlines), masks, grid / side, int(room * grid), 1)
         room *= GROWING_ROOM
     cells = int(placed.extents.max())
-    needed = (cells - spacing.gap * grid) / grid * side / spacing.inner
+    needed = (cells - spacing.gap * grid) / grid * side / spacing.inner_width
     return _SquareLayout(placed, order, side, needed)
 
 
@@ -307,7 +311,7 @@ def _place_charts(n: int, masks: ChartMasks, cells: float, side: int, pages: int
 
 
 def _place_on_pages(
-    charts: Charts, shaped: IntArray, turns: Turns, side: float, spacing: Spacing, pages: int | None
+    charts: UnplacedCharts, shaped: IntArray, turns: Turns, side: float, spacing: Spacing, pages: int | None
 ) -> Layout | None:
     """Place charts on pages of this side: some by their outlines, and the rest as rectangles in the gaps.
 
@@ -315,13 +319,13 @@ def _place_on_pages(
     """
     n, grid = len(charts.outlines), FINE_GRID
     gap, cells = spacing.gap * grid, grid / side
-    inner = int(spacing.inner * grid + gap)
+    inner = int(spacing.inner_width * grid + gap)
     order = shaped[np.argsort(-charts.areas[shaped], kind="stable")]
     masks = _draw_masks(charts, order, turns, side, grid, spacing)
     placed = _place_charts(n, masks, cells, inner, len(order) if pages is None else pages)
     if placed is None:
         return None
-    layout = placed.layout(order, side)
+    layout = placed.make_layout(order, side)
     small = np.setdiff1d(np.arange(n), shaped)
     if not len(small):
         return layout

@@ -16,7 +16,7 @@ PARALLEL_ANGLE = np.deg2rad(1.0)  # maximum angle between an edge and a parallel
 STRAIGHT_SHARE = 0.5  # minimum share of a straight outline's length that is parallel to the page's sides
 
 
-def rectangles(z: ComplexArray, charts: Ragged) -> tuple[ComplexArray, ComplexArray]:
+def find_bounding_rectangles(z: ComplexArray, charts: Ragged) -> tuple[ComplexArray, ComplexArray]:
     """Return the bounding rectangles of charts: lower left corners, and sizes as width + i height."""
     low = charts.min(z.real) + 1j * charts.min(z.imag)
     return low, charts.max(z.real) + 1j * charts.max(z.imag) - low
@@ -108,7 +108,7 @@ class ChartMasks:
     start: IntArray
 
     @classmethod
-    def of(cls, masks: Sequence[Masks]) -> ChartMasks:
+    def concatenate(cls, masks: Sequence[Masks]) -> ChartMasks:
         """Concatenate the masks of charts."""
         first = Ragged.from_sizes([len(one.turns) for one in masks])
         reached = Ragged.from_sizes([len(one.blocks) for one in masks]).start
@@ -142,7 +142,7 @@ class ChartMasks:
         return occupied_cells(side, places, self.blocks, self.start)
 
 
-def outlines(z: ComplexArray, F: IntArray, vertices: Ragged, area: FloatArray) -> list[Outline]:
+def make_outlines(z: ComplexArray, F: IntArray, vertices: Ragged, area: FloatArray) -> list[Outline]:
     """Return the outlines of charts whose vertices and faces are concatenated."""
     tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()
     key = np.sort((np.minimum(tail, head) * len(z) + np.maximum(tail, head)) * 2 + (tail > head))

@@ -21,8 +21,8 @@ from ...surface import (
     real_coordinates,
     signed_double_areas,
 )
-from .layout_search import OBLIQUE_GAIN, Charts, Layout, find_fixed_layout, find_largest_layout
-from .outlines import outlines, rectangles
+from .layout_search import OBLIQUE_GAIN, Layout, UnplacedCharts, find_fixed_layout, find_largest_layout
+from .outlines import find_bounding_rectangles, make_outlines
 from .spacing import Packing, Spacing, page_size, resolve_packing
 
 HALF_FULL = 0.5  # default of `Packing.cut_below` if no resolution is given
@@ -100,7 +100,7 @@ def pack_charts(
             given.append(Submesh.from_input(uv, F, 2, "uv"))
         except MeshError as error:
             raise MeshError(f"chart {i}: {error}") from None
-    request = replace(PackingRequest.of_maps(packing), fixed=not rotate)
+    request = replace(PackingRequest.for_maps(packing), fixed=not rotate)
     placed = pack_maps([(chart.V, chart.F) for chart in given], request)
     return [replace(p, uv=chart.scatter_to_input(p.uv)) for chart, p in zip(given, placed, strict=True)]
 
@@ -141,9 +141,9 @@ class PackingRequest:
     cut_below: float = 0.0
 
     @classmethod
-    def of_maps(cls, packing: Packing | None) -> PackingRequest:
+    def for_maps(cls, packing: Packing | None) -> PackingRequest:
         """Return the request for maps without a surface, for which `unseen` and `cut_below` are rejected."""
-        request = cls.of(packing)
+        request = cls.from_packing(packing)
         if packing is not None and packing.cut_below is not None:
             raise ValueError("cut_below is for unwrap, which can cut charts: leave it out")
         if request.unseen != 1:
@@ -153,7 +153,7 @@ class PackingRequest:
         return request
 
     @classmethod
-    def of(cls, packing: Packing | None) -> PackingRequest:
+    def from_packing(cls, packing: Packing | None) -> PackingRequest:
         """Convert a `Packing` to a request; by default one page with a margin."""
         packing = resolve_packing(packing)
         size, pages = None if packing.resolution is None else page_size(packing.resolution), packing.pages
@@ -162,9 +162,9 @@ class PackingRequest:
         else:
             side = size[0] / packing.texel_density
         below = (HALF_FULL if size is None else 1.0) if packing.cut_below is None else packing.cut_below
-        return cls(Spacing.of(packing), side, pages, size, unseen=packing.unseen, cut_below=below)
+        return cls(Spacing.from_packing(packing), side, pages, size, unseen=packing.unseen, cut_below=below)
 
-    def scaled(self, power: int) -> PackingRequest:
+    def scale_by_power(self, power: int) -> PackingRequest:
         """Return the request for charts that have been scaled by 2**power."""
         if self.side is None:
             return self
@@ -181,7 +181,7 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], request: PackingReque
     """Pack charts like `pack_charts`, without checks; every vertex must have a face."""
     if not maps:
         return []
-    request = replace(request, spacing=request.spacing.for_charts(len(maps)))
+    request = replace(request, spacing=request.spacing.adapt_to_number_of_charts(len(maps)))
     z, area, turn, origin, vertices, charts = _prepare_charts(maps, request)
     layout = _find_layout(charts, request)
     z = z * vertices.repeat(layout.turn) + vertices.repeat(layout.corner)
@@ -209,7 +209,7 @@ def measure_fill(placed: Sequence[PackedChart]) -> float:
 
 def _prepare_charts(
     maps: Sequence[tuple[FloatArray, IntArray]], request: PackingRequest
-) -> tuple[ComplexArray, FloatArray, ComplexArray, ComplexArray, Ragged, Charts]:
+) -> tuple[ComplexArray, FloatArray, ComplexArray, ComplexArray, Ragged, UnplacedCharts]:
     """Rotate charts to their narrowest bounding rectangles, and move the lower left corners to the origin.
 
     Returns
@@ -232,7 +232,7 @@ def _prepare_charts(
     F = np.concatenate(triangles) + faces.repeat(vertices.start[:-1])[:, None]
     z = complex_positions(np.concatenate(positions))
     area = np.asarray(faces.sum(np.abs(signed_double_areas(z, np.ascontiguousarray(F.T))))) / 2
-    extent = rectangles(z, vertices)[1]
+    extent = find_bounding_rectangles(z, vertices)[1]
     size = np.maximum(extent.real, extent.imag)
     flat = ~(area > 4 * np.finfo(float).eps * size * np.maximum(size, vertices.max(np.abs(z))))
     if flat.any():
@@ -243,18 +243,18 @@ def _prepare_charts(
     else:
         turn = min_rectangle_rotations(z, vertices.start)
         if len(maps) == 1:
-            is_straight = outlines(z * turn, F, vertices, area)[0].is_straight
-            turn = turn * _find_best_turn(z * turn, request.spacing.aspect, is_straight)
+            is_straight = make_outlines(z * turn, F, vertices, area)[0].is_straight
+            turn = turn * _find_best_rotation(z * turn, request.spacing.aspect, is_straight)
     z = z * vertices.repeat(turn)
-    origin, extent = rectangles(z, vertices)
+    origin, extent = find_bounding_rectangles(z, vertices)
     z -= vertices.repeat(origin)
-    charts = Charts(
-        outlines(z, F, vertices, area), real_coordinates(extent), area, request.upright, request.fixed
+    charts = UnplacedCharts(
+        make_outlines(z, F, vertices, area), real_coordinates(extent), area, request.upright, request.fixed
     )
     return z, area, turn, origin, vertices, charts
 
 
-def _find_layout(charts: Charts, request: PackingRequest) -> Layout:
+def _find_layout(charts: UnplacedCharts, request: PackingRequest) -> Layout:
     """Find the layout of charts, or raise a `MeshError` that states why they do not fit."""
     n, spacing = len(charts.outlines), request.spacing
     if request.side is None:
@@ -274,7 +274,7 @@ def _find_layout(charts: Charts, request: PackingRequest) -> Layout:
     if request.pages is not None:
         remedy = "use a smaller density, a larger resolution, or more pages"
     verb = "do" if n > 1 else "does"
-    too_large = _find_too_large(charts, request.side, spacing)
+    too_large = _find_charts_larger_than_page(charts, request.side, spacing)
     if len(too_large):
         wide, high = charts.sizes[too_large[0]] * density
         why = f"chart {too_large[0]} takes {wide:.0f} x {high:.0f}"
@@ -289,9 +289,9 @@ def _find_layout(charts: Charts, request: PackingRequest) -> Layout:
     )
 
 
-def _find_too_large(charts: Charts, side: float, spacing: Spacing) -> IntArray:
+def _find_charts_larger_than_page(charts: UnplacedCharts, side: float, spacing: Spacing) -> IntArray:
     """Return the charts that do not fit on an empty page of this side, longest first."""
-    short = side * spacing.inner * min(1, spacing.aspect)
+    short = side * spacing.inner_width * min(1, spacing.aspect)
     long = np.flatnonzero(charts.sizes.max(axis=1) > short)  # shorter charts fit in any direction
     long = long[np.argsort(-charts.sizes[long].max(axis=1), kind="stable")]
     alone = (
@@ -320,17 +320,17 @@ def _fit_to_pages(
         inset = (spacing.gap / 2 - spacing.border) * request.side
         return np.full(len(vertices), inset * diagonal), 1 / request.side
     n = int(layout.page.max()) + 1
-    lows, highs = rectangles(z, vertices)
+    lows, highs = find_bounding_rectangles(z, vertices)
     highs += lows
     low = np.full((n, 2), np.inf)
     high = np.full((n, 2), -np.inf)
     np.minimum.at(low, layout.page, real_coordinates(lows))
     np.maximum.at(high, layout.page, real_coordinates(highs))
-    scale = spacing.inner / float(((high - low) / [1, spacing.aspect]).max())
+    scale = spacing.inner_width / float(((high - low) / [1, spacing.aspect]).max())
     return (low @ [1, 1j] - spacing.border * diagonal / scale)[layout.page], scale
 
 
-def _find_best_turn(z: ComplexArray, aspect: float, is_straight: bool) -> complex:
+def _find_best_rotation(z: ComplexArray, aspect: float, is_straight: bool) -> complex:
     """Return the turn of a single chart that minimises the size of the page around it.
 
     A straight chart, whose sides are along the axes, stays there unless the turn saves `OBLIQUE_GAIN`.

@@ -19,7 +19,7 @@ from ..atlas import Chart, restrict_flattening
 from ..constants import HALVING_BAND
 from ..features import CreasedSurface
 from .constants import MIN_SHAPED_AREA
-from .flat_charts import OUTWARDS, FlatChart, make_whole_outlines
+from .flat_charts import OUTWARDS, FlatChart, make_chart_outlines
 from .packing import PackingRequest
 from .trial_pages import TrialChart, TrialPage
 
@@ -80,12 +80,12 @@ def cut_for_fill(
     )
     if not charts:
         return done, np.inf
-    outlines = make_whole_outlines(charts)
+    outlines = make_chart_outlines(charts)
     if not outlines:
         return done, np.inf
-    page = TrialPage.of(outlines, request.spacing, request.upright)
+    page = TrialPage.from_outlines(outlines, request.spacing, request.upright)
     tried = page.draw_charts(outlines)
-    state = best = _CutState(charts, tried, page.size(tried), 0.0)
+    state = best = _CutState(charts, tried, page.measure_size(tried), 0.0)
     for _ in range(MAX_PAGE_CUTS):
         if best.size * request.cut_below <= 1:
             break
@@ -96,7 +96,9 @@ def cut_for_fill(
         if state.worth > best.worth:
             best = state
     parts = sorted([*best.charts, *others], key=lambda chart: chart.parent)
-    return _limit_stretch(done, _replace_cut_charts(done, parts), parts, most_stretch), page.size(tried)
+    return _limit_stretch(done, _replace_cut_charts(done, parts), parts, most_stretch), page.measure_size(
+        tried
+    )
 
 
 def cut_to_fit(creased: CreasedSurface, done: Charts, request: PackingRequest) -> Charts:
@@ -105,21 +107,21 @@ def cut_to_fit(creased: CreasedSurface, done: Charts, request: PackingRequest) -
     A chart that cannot be divided is returned unchanged.
     """
     assert request.side is not None
-    most = MAX_CHART_SIDE * request.side * request.spacing.inner
+    most = MAX_CHART_SIDE * request.side * request.spacing.inner_width
     most_long, most_short = most * max(1, request.spacing.aspect), most * min(1, request.spacing.aspect)
     waiting, small = _make_flat_charts(creased, done), list[FlatChart]()
     while waiting:
         chart = waiting.pop()
-        z = chart.z
+        z = chart.positions
         turn = min_rectangle_rotations(z, np.array([0, len(z)]))[0]
         wide, high = np.ptp((z * turn).real), np.ptp((z * turn).imag)
-        along = (complex_positions(chart.centre) * (turn if wide > high else 1j * turn)).real
+        along = (complex_positions(chart.atom_centres) * (turn if wide > high else 1j * turn)).real
         longest = max(wide, high)
         scale = done[chart.parent][0].scale
         fits = scale * longest <= most_long and scale * min(wide, high) <= most_short
         if not fits:
             along -= (along.min() + along.max()) / 2
-            parts = chart.parts(chart.divide_at_line(along, HALVING_BAND))
+            parts = chart.cut_into_parts(chart.divide_at_line(along, HALVING_BAND))
         if fits or len(parts) == 1:
             small.append(chart)
         else:
@@ -198,16 +200,24 @@ def _find_best_cut(
     best lines after packing, the shortest seams are found, and their parts are packed.
     """
     charts, size = state.charts, state.size
-    areas, hulls, diagonals = np.array([(chart.area, chart.hull, chart.diagonal) for chart in charts]).T
+    areas, hulls, diagonals = np.array(
+        [(chart.map_area, chart.hull_area, chart.map_diagonal) for chart in charts]
+    ).T
     k = int(np.argmax(_estimate_page_area(hulls, diagonals) - areas))
     chart, unit = charts[k], float(np.sqrt(page.area))
-    groups = chart.groups(LINE_GRID)
-    normal, at = _draw_lines(groups.centre)
+    groups = chart.group_by_square(LINE_GRID)
+    normal, at = _generate_lines(groups.centre)
     # keep one of the lines that divide the polygons in the same way
     _, distinct = np.unique(normal @ groups.centre.T > at[:, None], axis=0, return_index=True)
     normal, at = normal[np.sort(distinct)], at[np.sort(distinct)]
     hull, diagonal, crossed = evaluate_cut_lines(
-        groups.centre, groups.sides.T, groups.prices, groups.outer, normal, at, OUTWARDS
+        groups.centre,
+        groups.groups_beside_edges.T,
+        groups.edge_prices,
+        groups.is_at_boundary,
+        normal,
+        at,
+        OUTWARDS,
     )
     hull += np.delete(hulls, k).sum()
     diagonal = np.maximum(diagonal, np.delete(diagonals, k).max(initial=0.0))
@@ -219,22 +229,31 @@ def _find_best_cut(
         return None
     most = state.worth + trade * size - best if last else np.inf
     others = [*state.tried[:k], *state.tried[k + 1 :]]
-    parts = page.draw_each(groups.outlines(normal[lines] @ groups.centre.T > at[lines, None]))
+    parts = page.draw_lists_of_charts(
+        groups.make_outlines_of_parts(normal[lines] @ groups.centre.T > at[lines, None])
+    )
     hoped = LINE_TOLERANCE * most
     chosen, _ = _select_cheapest(page, others, parts, seams[lines], trade, MAX_SEAM_LINES, hoped)
     if not len(chosen):
         return None
     sides = np.stack(
-        [chart.divide_at_line(chart.centre @ normal[i] - at[i], SEAM_BAND) for i in lines[chosen].tolist()]
+        [
+            chart.divide_at_line(chart.atom_centres @ normal[i] - at[i], SEAM_BAND)
+            for i in lines[chosen].tolist()
+        ]
     )
-    seams = (sides[:, chart.sides[0]] != sides[:, chart.sides[1]]) @ chart.prices / unit
-    parts = page.draw_each(chart.atoms().outlines(sides))
+    seams = (
+        (sides[:, chart.atoms_beside_edges[0]] != sides[:, chart.atoms_beside_edges[1]])
+        @ chart.edge_prices
+        / unit
+    )
+    parts = page.draw_lists_of_charts(chart.make_groups_of_one().make_outlines_of_parts(sides))
     chosen, costs = _select_cheapest(page, others, parts, seams, trade, 1, most)
     if not len(chosen):
         return None
     i, cost = int(chosen[0]), float(costs[0])
     return _CutState(
-        [*charts[:k], *chart.parts(sides[i]), *charts[k + 1 :]],
+        [*charts[:k], *chart.cut_into_parts(sides[i]), *charts[k + 1 :]],
         [*state.tried[:k], *parts[i], *state.tried[k + 1 :]],
         (cost - float(seams[i])) / trade,
         state.worth + trade * size - cost,
@@ -247,7 +266,7 @@ def _estimate_page_area(hulls: FloatArray, diagonals: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(PAGE_PER_HULL * hulls, square))
 
 
-def _draw_lines(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _generate_lines(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the normals and offsets of evenly spaced lines through a set of points."""
     directions, number = LINE_DIRECTIONS, LINES_ACROSS
     angle = np.pi * np.arange(directions) / directions
@@ -272,7 +291,7 @@ def _select_cheapest(
     The cost, below `limit`, is that of the seam and of a page with the parts and the charts `others`.
     """
     costs = list[tuple[float, int]]()
-    for i, size in enumerate(page.sizes(others, several)):
+    for i, size in enumerate(page.iterate_size_functions(others, several)):
         if len(several[i]) > 1:
             most = costs[-1][0] if len(costs) == number else limit
             cost = float(seams[i]) + trade * size((most - float(seams[i])) / trade)

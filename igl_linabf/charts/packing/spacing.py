@@ -37,7 +37,7 @@ class Spacing:
     is_default: bool = False
 
     @classmethod
-    def of(cls, packing: Packing) -> Spacing:
+    def from_packing(cls, packing: Packing) -> Spacing:
         """Return the spacing of a packing: the margin, or the padding if there is a resolution.
 
         The margin applies between charts and at the border of the page. The padding applies between charts,
@@ -53,11 +53,11 @@ class Spacing:
         return cls(share, share / 2, height / width)
 
     @property
-    def inner(self) -> float:
+    def inner_width(self) -> float:
         """The width of the page without its borders."""
         return 1 - 2 * self.border
 
-    def for_charts(self, number: int) -> Spacing:
+    def adapt_to_number_of_charts(self, number: int) -> Spacing:
         """Return the spacing for a number of charts, with a smaller default margin if there are many."""
         return self.limit_gap(DEFAULT_MARGIN_OF_CELL / np.sqrt(number)) if self.is_default else self
 

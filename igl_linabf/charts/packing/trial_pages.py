@@ -47,7 +47,7 @@ class TrialPage:
     upright: bool
 
     @classmethod
-    def of(cls, outlines: Sequence[Outline], spacing: Spacing, upright: bool) -> "TrialPage":
+    def from_outlines(cls, outlines: Sequence[Outline], spacing: Spacing, upright: bool) -> "TrialPage":
         """Return a trial page for charts and their parts, with a grid that matches the expected page size."""
         area = sum(outline.area for outline in outlines)
         side = float(np.sqrt(area / spacing.aspect / EXPECTED_FILL))
@@ -63,39 +63,39 @@ class TrialPage:
         masks = rasterize_outlines(outlines, turns, self.cells, gap, self.spacing.aspect)
         return [TrialChart(mask, outline.area) for mask, outline in zip(masks, outlines, strict=True)]
 
-    def draw_each(self, several: Sequence[Sequence[Outline]]) -> list[list[TrialChart]]:
+    def draw_lists_of_charts(self, several: Sequence[Sequence[Outline]]) -> list[list[TrialChart]]:
         """Rasterise several lists of outlines; return a list of trial charts for each of them."""
         made = self.draw_charts([outline for outlines in several for outline in outlines])
         start = Ragged.from_sizes([len(outlines) for outlines in several]).start.tolist()
         return [made[i:j] for i, j in pairwise(start)]
 
-    def size(self, charts: Sequence[TrialChart]) -> float:
+    def measure_size(self, charts: Sequence[TrialChart]) -> float:
         """Return the ratio of the area of the smallest page that holds `charts` to the total area `area`."""
-        return next(self.sizes([], [charts]))(np.inf)
+        return next(self.iterate_size_functions([], [charts]))(np.inf)
 
-    def sizes(
+    def iterate_size_functions(
         self, others: Sequence[TrialChart], several: Sequence[Sequence[TrialChart]]
     ) -> Iterator[Callable[[float], float]]:
-        """Yield a function for each list of charts in `several`, which computes its `size` with `others`.
+        """Yield a function for each list of charts in `several`, which computes its size with `others`.
 
         The function takes a limit, and returns infinity if the size is not below it. A low limit saves time.
         """
         charts = [*others, *(chart for own in several for chart in own)]
-        masks = ChartMasks.of([chart.masks for chart in charts])
+        masks = ChartMasks.concatenate([chart.masks for chart in charts])
         areas = np.array([chart.area for chart in charts])
         first = len(others)
         for own in several:
             which = np.append(np.arange(len(others)), np.arange(first, first + len(own)))
             spans = masks.spans[which[np.argsort(-areas[which], kind="stable")]]
             first += len(own)
-            yield partial(self._size, masks, spans)
+            yield partial(self._measure_masks, masks, spans)
 
-    def _size(self, masks: ChartMasks, spans: IntArray, limit: float) -> float:
+    def _measure_masks(self, masks: ChartMasks, spans: IntArray, limit: float) -> float:
         """Return the page size for charts placed in the order of `spans`; infinity if it reaches `limit`."""
         gap = self.spacing.gap * TRIAL_GRID
         # number of cells along the side of a page that the charts would cover completely
         full = self.cells * float(np.sqrt(self.area / self.spacing.aspect))
-        inner = self.spacing.inner * full
+        inner = self.spacing.inner_width * full
         most = np.ceil(gap + inner * np.sqrt(max(limit, 0.0))) - 1
         room = GROWING_ROOM * TRIAL_GRID
         while most >= 1:

@@ -34,7 +34,7 @@ from ...surface import (
 from ..cut_graphs import ClosedSurface, join_terminals, open_handles
 from ..features import TIP_CURVATURE, CreasedSurface
 from . import constants
-from .unfolding import compute_overlap_depths, find_joints, find_upright_turns, unfold
+from .unfolding import compute_overlap_depths, find_joints, find_upright_turns, unfold_panels
 
 # Minimum dihedral angle of an edge that separates panels. No regular prism has exactly this angle.
 PANEL_ANGLE = np.deg2rad(4.9)
@@ -69,44 +69,44 @@ class Panels:
     opens_handles: ClassVar[bool] = False
 
     @cached_property
-    def fold(self) -> BoolArray:
+    def is_fold(self) -> BoolArray:
         """Mask of the inner edges that separate panels."""
         return np.asarray(self.creased.crease_angle >= PANEL_ANGLE)
 
     @cached_property
-    def terminals(self) -> BoolArray:
+    def is_terminal(self) -> BoolArray:
         """Mask of the curved vertices, which seams have to reach."""
-        return np.asarray(self.creased.curvature > 0)
+        return np.asarray(self.creased.vertex_curvature > 0)
 
     @cached_property
-    def unclosed(self) -> BoolArray:
+    def is_unclosed(self) -> BoolArray:
         """Mask of the inner edges where the two sides of an unfolded panel do not meet, as in a cylinder."""
-        creased, rows = self.creased, np.flatnonzero(~self.fold)
-        z = unfold(creased, ~self.fold).ravel()
-        one, other = creased.sides(rows)
-        made = np.zeros_like(self.fold)
-        made[rows] = (np.abs(z[one] - z[other]) > self.max_gaps(rows)).any(axis=0)
+        creased, rows = self.creased, np.flatnonzero(~self.is_fold)
+        z = unfold_panels(creased, ~self.is_fold).ravel()
+        one, other = creased.get_corners_at_edges(rows)
+        made = np.zeros_like(self.is_fold)
+        made[rows] = (np.abs(z[one] - z[other]) > self.get_max_gaps(rows)).any(axis=0)
         return made
 
-    def max_gaps(self, rows: IntArray | BoolArray) -> FloatArray:
+    def get_max_gaps(self, rows: IntArray | BoolArray) -> FloatArray:
         """Return the maximum gap between the two sides of each of the joined edges `rows`."""
-        return np.asarray(MAX_CREASE_GAP * self.creased.edge_extent[rows])
+        return np.asarray(MAX_CREASE_GAP * self.creased.extent_at_edge[rows])
 
-    def max_depths(self, z: ComplexArray) -> FloatArray:
+    def get_max_depths(self, z: ComplexArray) -> FloatArray:
         """Return the depth up to which overlaps of each face are ignored; `z` has the unfolded corners."""
-        extent = self.creased.extent[self.creased.label]
+        extent = self.creased.component_extent[self.creased.component_of_face]
         return compute_overlap_depths(z, extent, MAX_OVERLAP_DEPTH)
 
-    def find_components(self) -> BoolArray:
+    def mask_panel_components(self) -> BoolArray:
         """Return a mask of the components that consist of panels: curved vertices are tips or on creases."""
-        creased, bent = self.creased, self.creased.curvature
-        smooth = (bent > 0) & ~creased.on_crease
+        creased, bent = self.creased, self.creased.vertex_curvature
+        smooth = (bent > 0) & ~creased.is_on_crease
         made = np.asarray(creased.sum_per_component(smooth & (bent <= TIP_CURVATURE)) == 0)
         if made.any():
             made &= creased.sum_per_component(smooth & ~creased.is_apex) == 0
         if made.any():
             made &= creased.may_have_panels
-            made &= (creased.n_loops > 0) | (creased.sum_per_component(creased.on_sharp) > 0)
+            made &= (creased.n_loops > 0) | (creased.sum_per_component(creased.is_on_sharp_crease) > 0)
         return made
 
 
@@ -118,40 +118,49 @@ class RoundedPanels(Panels):
     opens_handles: ClassVar[bool] = True
 
     @cached_property
-    def fold(self) -> BoolArray:
+    def is_fold(self) -> BoolArray:
         """Mask of the inner edges that separate panels: middles of fillets, and sharp creases elsewhere."""
-        one, other = self.creased.nearest_plane[self.creased.faces].T
-        return np.asarray((one != other) | self.creased.sharp & (one < 0))
+        one, other = self.creased.nearest_large_plane[self.creased.faces_of_edges].T
+        return np.asarray((one != other) | self.creased.is_sharp & (one < 0))
 
     @cached_property
-    def unclosed(self) -> BoolArray:
-        return np.asarray(~self.fold & (self.creased.nearest_plane[self.creased.faces] < 0).any(axis=1))
-
-    @cached_property
-    def terminals(self) -> BoolArray:
-        return np.asarray(self.creased.curvature > TIP_CURVATURE)
-
-    def max_gaps(self, rows: IntArray | BoolArray) -> FloatArray:
-        extent, length = self.creased.edge_extent[rows], self.creased.length[rows]
-        play = np.minimum(ROUNDED_PLAY * extent, ROUNDED_PLAY_OF_EDGE * length)
-        return np.maximum(super().max_gaps(rows), play)
-
-    def max_depths(self, z: ComplexArray) -> FloatArray:
-        shallow = np.where(
-            self.creased.in_large_plane, constants.MAX_DEPTH_OF_HEIGHT, ROUNDED_DEPTH_OF_HEIGHT
+    def is_unclosed(self) -> BoolArray:
+        return np.asarray(
+            ~self.is_fold & (self.creased.nearest_large_plane[self.creased.faces_of_edges] < 0).any(axis=1)
         )
-        return compute_overlap_depths(z, self.creased.extent[self.creased.label], ROUNDED_PLAY, shallow)
 
-    def find_components(self) -> BoolArray:
+    @cached_property
+    def is_terminal(self) -> BoolArray:
+        return np.asarray(self.creased.vertex_curvature > TIP_CURVATURE)
+
+    def get_max_gaps(self, rows: IntArray | BoolArray) -> FloatArray:
+        extent, length = self.creased.extent_at_edge[rows], self.creased.edge_length[rows]
+        play = np.minimum(ROUNDED_PLAY * extent, ROUNDED_PLAY_OF_EDGE * length)
+        return np.maximum(super().get_max_gaps(rows), play)
+
+    def get_max_depths(self, z: ComplexArray) -> FloatArray:
+        shallow = np.where(
+            self.creased.is_in_large_plane, constants.MAX_DEPTH_OF_HEIGHT, ROUNDED_DEPTH_OF_HEIGHT
+        )
+        return compute_overlap_depths(
+            z, self.creased.component_extent[self.creased.component_of_face], ROUNDED_PLAY, shallow
+        )
+
+    def mask_panel_components(self) -> BoolArray:
         """Return a mask of the components with creases and with much of their area in large planes."""
         creased = self.creased
         made = creased.may_have_panels
         if made.any():
-            large = np.where(self.creased.in_large_plane, creased.surface.areas_and_products[0], 0.0)
-            least = PLANAR_SHARE_OF_ROUNDED * creased.double_area
-            made = made & (sum_by_index(creased.label, large, len(made)) >= least)
+            large = np.where(self.creased.is_in_large_plane, creased.surface.areas_and_products[0], 0.0)
+            least = PLANAR_SHARE_OF_ROUNDED * creased.component_double_area
+            made = made & (sum_by_index(creased.component_of_face, large, len(made)) >= least)
         if made.any():
-            made &= np.bincount(creased.label[creased.faces[self.fold, 0]], minlength=len(made)) > 0
+            made &= (
+                np.bincount(
+                    creased.component_of_face[creased.faces_of_edges[self.is_fold, 0]], minlength=len(made)
+                )
+                > 0
+            )
         return made
 
 
@@ -176,17 +185,21 @@ def find_panel_seams(panels: Panels, trade: float) -> tuple[IntArray, IntArray, 
     cost : (#C,) float64
         The price of the seams of each component, divided by `trade`; infinite if a panel has uncut handles.
     """
-    creased, fold = panels.creased, panels.fold
-    slit, handles = _find_slits(panels, fold, panels.unclosed)
-    seam = slit | find_unjoined_folds(panels, unfold(creased, ~fold & ~slit), trade) if fold.any() else slit
+    creased, fold = panels.creased, panels.is_fold
+    slit, handles = _find_slits(panels, fold, panels.is_unclosed)
+    seam = (
+        slit | find_unjoined_folds(panels, unfold_panels(creased, ~fold & ~slit), trade)
+        if fold.any()
+        else slit
+    )
     if seam.any():
         # joined panels lie flat side by side, so the charts keep the holes between them
         seam |= _find_slits(panels, seam, np.zeros_like(slit))[0]
-    component = creased.label[creased.faces[seam, 0]]
-    price = sum_by_index(component, creased.search_price[seam], len(creased.extent))
-    cost = price / np.sqrt(creased.double_area / 2) / trade
-    cost[creased.label[handles]] = np.inf
-    return creased.surface.vertices[creased.ends[seam]], component, cost
+    component = creased.component_of_face[creased.faces_of_edges[seam, 0]]
+    price = sum_by_index(component, creased.search_price[seam], len(creased.component_extent))
+    cost = price / np.sqrt(creased.component_double_area / 2) / trade
+    cost[creased.component_of_face[handles]] = np.inf
+    return creased.surface.vertices[creased.edge_ends[seam]], component, cost
 
 
 def find_unjoined_folds(panels: Panels, z: ComplexArray, trade: float) -> BoolArray:
@@ -194,18 +207,18 @@ def find_unjoined_folds(panels: Panels, z: ComplexArray, trade: float) -> BoolAr
 
     `z` has the positions of the corners of each face, (#F, 3), in the unfolded panel.
     """
-    creased, fold = panels.creased, panels.fold
-    panel = connected_labels(creased.faces[~fold], len(creased.surface.F))
+    creased, fold = panels.creased, panels.is_fold
+    panel = connected_labels(creased.faces_of_edges[~fold], len(creased.surface.F))
     order = np.argsort(panel, kind="stable")
     start = np.searchsorted(panel[order], np.arange(int(panel.max()) + 2))
     z = z * find_upright_turns(z, order, panel)[panel, None]
     joins = find_joints(creased, fold, panel, z, panels.same_motion, trade)
-    chart, turn, shift = merge_regions(z[order], panels.max_depths(z)[order], start, *joins)
+    chart, turn, shift = merge_regions(z[order], panels.get_max_depths(z)[order], start, *joins)
     z = turn[panel, None] * z + shift[panel, None]
-    one, other = creased.sides(fold)
-    a, b = creased.faces[fold].T
+    one, other = creased.get_corners_at_edges(fold)
+    a, b = creased.faces_of_edges[fold].T
     fits = chart[panel[a]] == chart[panel[b]]
-    fits &= (np.abs(z.ravel()[one] - z.ravel()[other]) <= panels.max_gaps(fold)).all(axis=0)
+    fits &= (np.abs(z.ravel()[one] - z.ravel()[other]) <= panels.get_max_gaps(fold)).all(axis=0)
     seam = np.zeros_like(fold)
     seam[np.flatnonzero(fold)[~fits]] = True
     return seam
@@ -219,11 +232,11 @@ def _find_slits(panels: Panels, cut: BoolArray, unclosed: BoolArray) -> tuple[Bo
     """
     creased, surface = panels.creased, panels.creased.surface
     slit, handles = np.zeros(len(cut), dtype=bool), np.zeros(0, dtype=np.int64)
-    sides = creased.side_mask(cut)
+    sides = creased.mask_sides(cut)
     F, origin = cut_faces(surface.F, len(surface.V), surface.topology.sides, sides)
-    n, sides = len(origin), sides | creased.boundary_sides
+    n, sides = len(origin), sides | creased.is_boundary_side
     label = face_components(F, n)
-    of_vertex, tip = np.empty(n, dtype=np.int64), panels.terminals[origin]
+    of_vertex, tip = np.empty(n, dtype=np.int64), panels.is_terminal[origin]
     of_vertex[F], tip[F[sides]], tip[F[:, NEXT][sides]] = label[:, None], False, False
     vertices, faces, rim, tips = (
         np.bincount(of, minlength=int(label.max()) + 1)
@@ -247,7 +260,7 @@ def _find_slits(panels: Panels, cut: BoolArray, unclosed: BoolArray) -> tuple[Bo
     handles, of = rows[stays[label[rows]]], label[rows]
     opened = ~np.isin(of, alone)
     flat = ~handled & ~closed & (tips == 0)
-    flat[label[creased.faces[unclosed]]] = False
+    flat[label[creased.faces_of_edges[unclosed]]] = False
     opened &= ~flat[of]
     parts = [part.select_faces(np.flatnonzero(of == k)) for k in alone]
     if opened.any():
@@ -258,7 +271,7 @@ def _find_slits(panels: Panels, cut: BoolArray, unclosed: BoolArray) -> tuple[Bo
         origin[np.concatenate([_find_opening(part, tip, creased.hidden) for part in parts])],
         len(surface.V),
     )
-    known, given = (np.minimum(*e.T) * n + np.maximum(*e.T) for e in (creased.ends, ends))
+    known, given = (np.minimum(*e.T) * n + np.maximum(*e.T) for e in (creased.edge_ends, ends))
     slit[np.searchsorted(known, given)] = True
     return slit, handles
 
@@ -269,7 +282,7 @@ def _find_opening(part: Submesh, tip: BoolArray, hidden: FloatArray | None) -> I
     `tip` is a mask of the vertices, (n,), that the edges have to reach. The edges pass beside flat holes.
     """
     creased = CreasedSurface(part, hidden)
-    piece = ClosedSurface.of_creased(creased)
+    piece = ClosedSurface.from_creased_surface(creased)
     loops = open_handles(piece, 1) if piece.graph.genus else np.zeros(0, dtype=np.int64)
     seam = join_terminals(piece.graph, loops, piece.node[tip[part.vertices]], creased.flat_holes)
     return part.vertices[piece.edges[seam]]

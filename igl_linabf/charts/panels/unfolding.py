@@ -16,17 +16,17 @@ PAGE_OVER_AREA = 2.0  # expected area of the page, relative to the area of the c
 PAGE_OVER_SQUARED_LENGTH = 0.6  # minimum ratio of the page's area to the longest panel's squared length
 
 
-def unfold(creased: CreasedSurface, joined: BoolArray) -> ComplexArray:
+def unfold_panels(creased: CreasedSurface, joined: BoolArray) -> ComplexArray:
     """Unfold each panel to the plane across the edges in `joined`; return its faces' corners, (#F, 3)."""
     m = len(creased.surface.F)
     z, plane = _project_to_planes(creased, joined)
     rows = np.flatnonzero(joined)
-    flat = np.equal(*plane[creased.faces[rows]].T)
-    rows = rows[np.lexsort((-creased.length[rows], ~flat))]  # edges within planes first, then by length
-    tree = spanning_forest(creased.faces, rows, m)
-    one, other = (z.ravel()[side] for side in creased.sides(tree))
+    flat = np.equal(*plane[creased.faces_of_edges[rows]].T)
+    rows = rows[np.lexsort((-creased.edge_length[rows], ~flat))]  # edges within planes first, then by length
+    tree = spanning_forest(creased.faces_of_edges, rows, m)
+    one, other = (z.ravel()[side] for side in creased.get_corners_at_edges(tree))
     turn, shift = _find_motions(one, other)
-    pairs = creased.faces[tree]
+    pairs = creased.faces_of_edges[tree]
     parent = forest_parents(pairs, m)
     by, to = np.ones(m, dtype=np.complex128), np.zeros(m, dtype=np.complex128)
     down = parent[pairs[:, 1]] == pairs[:, 0]  # a motion maps the second face to the frame of the first
@@ -43,7 +43,7 @@ def _project_to_planes(creased: CreasedSurface, joined: BoolArray) -> tuple[Comp
     """Return complex coordinates of each face's corners within its plane, (#F, 3), and the plane's index."""
     surface, m = creased.surface, len(creased.surface.F)
     double_area = surface.areas_and_products[0]
-    plane = connected_labels(creased.faces[joined & creased.in_one_plane], m)
+    plane = connected_labels(creased.faces_of_edges[joined & creased.is_coplanar], m)
     normal = normals(surface.V, surface.topology.corner)
     number = int(plane.max()) + 1
     summed = np.stack([sum_by_index(plane, double_area * x, number) for x in normal.T], axis=1)
@@ -90,8 +90,8 @@ def _measure_longest_panels(creased: CreasedSurface, z: ComplexArray, panel: Int
     panels = Ragged(np.searchsorted(panel[order], np.arange(int(panel.max()) + 2)))
     x = np.ascontiguousarray(z.real.T)[:, order]
     long = panels.max(x.max(axis=0)) - panels.min(x.min(axis=0))
-    longest = np.zeros(len(creased.extent))
-    np.maximum.at(longest, creased.label[order[panels.start[:-1]]], long)
+    longest = np.zeros(len(creased.component_extent))
+    np.maximum.at(longest, creased.component_of_face[order[panels.start[:-1]]], long)
     return longest
 
 
@@ -135,14 +135,14 @@ def find_joints(
     of joining two panels is the price of a seam along the crease, converted to page area.
     """
     rows = np.flatnonzero(fold)
-    rows = rows[np.not_equal(*panel[creased.faces[rows]].T)]
-    pairs = panel[creased.faces[rows]]
-    one, other = (z.ravel()[side] for side in creased.sides(rows))
+    rows = rows[np.not_equal(*panel[creased.faces_of_edges[rows]].T)]
+    pairs = panel[creased.faces_of_edges[rows]]
+    one, other = (z.ravel()[side] for side in creased.get_corners_at_edges(rows))
     back = pairs[:, 0] > pairs[:, 1]
     pairs[back] = pairs[back, ::-1]
     turn, shift = _find_motions(np.where(back, other, one), np.where(back, one, other))
     price = creased.search_price[rows]
-    step = same * creased.edge_extent[rows]
+    step = same * creased.extent_at_edge[rows]
     rounded = (np.round(part) for part in (turn / same, shift / step))
     keys = (*pairs.T, *(part for values in rounded for part in (values.real, values.imag)))
     order = np.lexsort((-price, *keys))
@@ -155,8 +155,13 @@ def find_joints(
     by_length = np.argsort(-total, kind="stable")
     by_length = by_length[_select_few_per_label(pairs[order[first][by_length]] @ np.array([len(panel), 1]))]
     chosen = order[first][by_length]
-    body = creased.label[creased.faces[rows[chosen], 0]]
-    area = sum_by_index(creased.label, creased.surface.areas_and_products[0], len(creased.extent)) / 2
+    body = creased.component_of_face[creased.faces_of_edges[rows[chosen], 0]]
+    area = (
+        sum_by_index(
+            creased.component_of_face, creased.surface.areas_and_products[0], len(creased.component_extent)
+        )
+        / 2
+    )
     squared_length = _measure_longest_panels(creased, z, panel) ** 2
     page = np.maximum(PAGE_OVER_AREA * area, PAGE_OVER_SQUARED_LENGTH * squared_length)
     worth = total[by_length] * np.sqrt(area)[body] / (UNFILLED_SHARE * trade)

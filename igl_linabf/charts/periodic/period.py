@@ -57,7 +57,7 @@ def _shift_atlas(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: 
     """Return the atlas with seams shifted by whole periods. Charts may overlap each other."""
     if not len(atlas.seams):
         return replace(atlas, report=replace(atlas.report, period=period))
-    shifted = ShiftedMaps.of(surface, atlas.TC, atlas.FTC)
+    shifted = ShiftedMaps.from_map(surface, atlas.TC, atlas.FTC)
     TC, charts = _shift_charts(shifted, atlas, pieces, period)
     if flips := _describe_new_flips(charts, atlas.charts):
         advice, shorter = "use other cones", period
@@ -78,7 +78,7 @@ def _shift_charts(
     shifted: ShiftedMaps, atlas: Atlas, pieces: list[Submesh], period: float
 ) -> tuple[FloatArray, tuple[Chart, ...]]:
     """Return the texture coordinates after shifts by whole periods, and the charts with their new quality."""
-    TC = shifted.shift(period)
+    TC = shifted.shift_seams(period)
     parts = np.split(TC, np.cumsum([len(piece.V) for piece in pieces])[:-1])
     charts = []
     for chart, piece, uv in zip(atlas.charts, pieces, parts, strict=True):

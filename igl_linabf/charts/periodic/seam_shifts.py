@@ -37,7 +37,7 @@ class SeamSides:
     shift: ComplexArray
 
     @classmethod
-    def of(cls, surface: Submesh, z: ComplexArray, FTC: IntArray) -> SeamSides:
+    def from_map(cls, surface: Submesh, z: ComplexArray, FTC: IntArray) -> SeamSides:
         """Measure the rotations and shifts between the two sides of all seam edges of a map."""
         topology = surface.topology
         rows = find_texture_seam_rows(topology, FTC)
@@ -65,7 +65,7 @@ Sums = list[tuple[int, complex]]  # linear combination of shifts: pairs of a sea
 
 
 @dataclass(frozen=True, eq=False)
-class Fan:
+class VertexFan:
     """The copies of a seam vertex, in order around it.
 
     Copy k is at turns[k] * (position of the first copy) + sums[k], where sums[k] is a linear combination of
@@ -84,7 +84,7 @@ class Fan:
         return self.closing is not None and self.closing[0] == 1
 
 
-def find_fans(sides: SeamSides) -> list[Fan]:
+def find_fans(sides: SeamSides) -> list[VertexFan]:
     """Return the copies of all seam vertices, in order around each vertex."""
     ways: dict[int, list[tuple[int, int, bool]]] = {}  # copy -> its seam edges, copies across, directions
     copies: dict[int, list[int]] = {}
@@ -100,7 +100,7 @@ def find_fans(sides: SeamSides) -> list[Fan]:
     for v, own in copies.items():
         ends = [i for i in own if len(ways[i]) == 1]  # start at the boundary if the vertex is on it
         at = ends[0] if ends else own[0]
-        fan = Fan(v, [at], [1 + 0j], [[]], None)
+        fan = VertexFan(v, [at], [1 + 0j], [[]], None)
         by, sums, came, closing = 1 + 0j, Sums(), -1, None
         while True:
             onward = [way for way in ways[at] if way[0] != came]
@@ -116,7 +116,7 @@ def find_fans(sides: SeamSides) -> list[Fan]:
             fan.copies.append(at)
             fan.turns.append(by)
             fan.sums.append(sums)
-        fans.append(Fan(v, fan.copies, fan.turns, fan.sums, closing))
+        fans.append(VertexFan(v, fan.copies, fan.turns, fan.sums, closing))
     return fans
 
 
@@ -144,10 +144,10 @@ class FreeShifts:
     places: sparse.csr_array
 
     @classmethod
-    def of(cls, sides: SeamSides, fans: list[Fan]) -> FreeShifts:
+    def from_seam_sides(cls, sides: SeamSides, fans: list[VertexFan]) -> FreeShifts:
         """Find the free shifts of all seams. There must be at least one seam edge."""
         seam = connected_labels(sides.vertex, int(sides.vertex.max()) + 1)
-        own: dict[int, list[Fan]] = {}
+        own: dict[int, list[VertexFan]] = {}
         for fan in fans:
             own.setdefault(int(seam[fan.vertex]), []).append(fan)
         of_edge = seam[sides.vertex[:, 0]]
@@ -164,7 +164,7 @@ class FreeShifts:
 
 
 def _solve_seam(
-    sides: SeamSides, edges: IntArray, fans: list[Fan]
+    sides: SeamSides, edges: IntArray, fans: list[VertexFan]
 ) -> tuple[IntArray, ComplexArray, IntArray, ComplexArray]:
     """Return the attributes of `FreeShifts` for one connected seam.
 
@@ -201,7 +201,7 @@ def _solve_seam(
     return choice, rows, held, places
 
 
-def _span_seam(sides: SeamSides, edges: IntArray, fans: list[Fan]) -> tuple[list[int], dict[int, int]]:
+def _span_seam(sides: SeamSides, edges: IntArray, fans: list[VertexFan]) -> tuple[list[int], dict[int, int]]:
     """Return a spanning forest of a seam.
 
     Roots are cones or boundary vertices, if a component of the seam has such vertices.

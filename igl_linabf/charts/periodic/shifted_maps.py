@@ -12,7 +12,7 @@ from ..._types import ComplexArray, FloatArray, IntArray
 from ...surface import Submesh, complex_positions, connected_labels, real_coordinates, signed_double_areas
 from .lattice import find_nearest_integers
 from .seam_shifts import FreeShifts, SeamSides, find_fans
-from .stiffness import Stiffness, build_displacement_energy, triangle_changes
+from .stiffness import Stiffness, build_displacement_energy, measure_triangle_changes
 
 COST_OF_SHIFT = 0.01  # regularisation: energy added for each shift, relative to the mean energy of a shift
 # Lower bound of the mean energy of a shift, relative to the energy if only points at the seam move.
@@ -61,7 +61,7 @@ class ShiftedMaps:
     corner: IntArray
 
     @classmethod
-    def of(cls, surface: Submesh, TC: FloatArray, FTC: IntArray) -> ShiftedMaps:
+    def from_map(cls, surface: Submesh, TC: FloatArray, FTC: IntArray) -> ShiftedMaps:
         """Prepare the shifts of a map that has at least one seam edge.
 
         Raises
@@ -70,7 +70,7 @@ class ShiftedMaps:
             The two sides of a seam do not differ by a rotation by a multiple of 90 degrees.
         """
         z, n = complex_positions(TC), len(surface.V)
-        sides = SeamSides.of(surface, z, FTC)
+        sides = SeamSides.from_map(surface, z, FTC)
         fans = [fan for fan in find_fans(sides) if fan.copies]
         origin, first = np.empty(len(z), dtype=np.int64), np.empty(n, dtype=np.complex128)
         origin[FTC] = surface.F
@@ -88,25 +88,27 @@ class ShiftedMaps:
             z,
             connected_labels(surface.topology.edges, n),
             sides,
-            FreeShifts.of(sides, fans),
+            FreeShifts.from_seam_sides(sides, fans),
             first,
             sparse.csr_array((turn, (np.arange(len(z)), origin)), shape=(len(z), n)),
             sparse.csr_array((factor, (copy, edge)), shape=(len(z), len(sides.turn))),
             np.ascontiguousarray(FTC.T),
         )
 
-    def shift(self, period: float) -> FloatArray:
+    def shift_seams(self, period: float) -> FloatArray:
         """Return the texture coordinates after shifting the seams by whole periods, (#TC, 2)."""
         q, area = self._choose_seam_shifts(period), signed_double_areas(self.z, self.corner)
-        moved, weight = self._displace(q, period, self._uniform_stiffness), np.ones(len(area))
+        moved, weight = self._displace_map(q, period, self._uniform_stiffness), np.ones(len(area))
         for _ in range(MAX_WEIGHTINGS):
             if not (signed_double_areas(moved, self.corner) * area < 0).any():
                 break
-            weight = weight * (1 + triangle_changes(self.z, moved - self.z, self.corner) / DOUBLING_CHANGE)
-            moved = self._displace(q, period, self._build_stiffness(weight))
+            weight = weight * (
+                1 + measure_triangle_changes(self.z, moved - self.z, self.corner) / DOUBLING_CHANGE
+            )
+            moved = self._displace_map(q, period, self._build_stiffness(weight))
         return real_coordinates(moved)
 
-    def _displace(self, q: ComplexArray, period: float, stiffness: Stiffness) -> ComplexArray:
+    def _displace_map(self, q: ComplexArray, period: float, stiffness: Stiffness) -> ComplexArray:
         """Return the map in which the free shifts are `q` times the period."""
         shift, cones = period * np.round(self.free.shifts @ q), self.free.cones
         d = np.zeros(len(self.first), dtype=np.complex128)
@@ -131,7 +133,7 @@ class ShiftedMaps:
 
     def _build_stiffness(self, weight: FloatArray) -> Stiffness:
         """Return the `Stiffness` with the given weights of triangles."""
-        return Stiffness.of(
+        return Stiffness.from_energy(
             build_displacement_energy(self.z, self.corner, weight), self.turn, self.free.cones
         )
 

@@ -40,7 +40,7 @@ class Stiffness:
     solve: Solve
 
     @classmethod
-    def of(cls, of_copies: sparse.csr_array, turn: sparse.csr_array, held: IntArray) -> Stiffness:
+    def from_energy(cls, of_copies: sparse.csr_array, turn: sparse.csr_array, held: IntArray) -> Stiffness:
         """Factor an energy with the vertices `held` fixed; `turn`, (#TC, #V), maps vertices to copies."""
         A = turn.conj().T @ of_copies @ turn
         A = (A + A.conj().T) / 2  # removes rounding errors: the diagonal becomes real
@@ -65,7 +65,7 @@ def build_displacement_energy(z: ComplexArray, corner: IntArray, weight: FloatAr
     return sparse.csr_array((entries.ravel(), (corner[i].ravel(), corner[j].ravel())), shape=(len(z),) * 2)
 
 
-def triangle_changes(z: ComplexArray, d: ComplexArray, corner: IntArray) -> FloatArray:
+def measure_triangle_changes(z: ComplexArray, d: ComplexArray, corner: IntArray) -> FloatArray:
     """Return how much the displacement d changes each triangle, (#F,): (|dbar d|^2 + |del d|^2)^(1/2)."""
     side, area = _compute_sides_and_areas(z, corner)
     both = (side * d[corner]).sum(axis=0), (side.conj() * d[corner]).sum(axis=0)

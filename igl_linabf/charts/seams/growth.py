@@ -27,7 +27,7 @@ def grow_seam(closed: ClosedSurface, trade: float, keep_holes: bool) -> SeamAndT
     """Return the edges along which a closed surface is cut, and the nodes at the tips of the branches."""
     none = np.zeros(0, dtype=np.int64)
     seam, leaves = open_handles(closed) if closed.graph.genus else none, none
-    seam = move_branch_points(closed.graph, seam, closed.graph.length_of)
+    seam = move_branch_points(closed.graph, seam, closed.graph.measure_length)
     if not keep_holes:
         seam = join_terminals(closed.graph, seam)
     if not closed.graph.n_holes and not len(seam):
@@ -45,7 +45,7 @@ def shorten_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArra
     def cost(seam: IntArray) -> float:
         key = seam.tobytes()
         if key not in known:
-            known[key] = seam_cost(closed, seam, trade)
+            known[key] = compute_seam_cost(closed, seam, trade)
         return known[key]
 
     if closed.has_hidden_edges:
@@ -56,13 +56,15 @@ def shorten_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArra
 def _find_slit(closed: ClosedSurface) -> SeamAndTips:
     """Return a path that opens a sphere, from one of the points that a map would shrink most to another."""
     extra = closed.curvature - 4 * np.pi * closed.area / closed.area.sum()
-    start = int(np.argmin(solve_log_scale(closed, np.array([0]), extra) / closed.node_hiding))
-    end = int(np.argmin(solve_log_scale(closed, np.array([start]), closed.curvature) / closed.node_hiding))
+    start = int(np.argmin(solve_log_scale(closed, np.array([0]), extra) / closed.hiding_at_nodes))
+    end = int(
+        np.argmin(solve_log_scale(closed, np.array([start]), closed.curvature) / closed.hiding_at_nodes)
+    )
     distance, before, _ = closed.graph.shortest_paths(np.array([start]))
-    path = closed.graph.path_edges(before, [end])
+    path = closed.graph.find_edges_on_paths(before, [end])
     if len(path) == 1:  # a cut along a single edge does not open a sphere
         distance[[start, end]] = np.inf
-        path = np.append(path, closed.graph.path_edges(before, [int(np.argmin(distance))]))
+        path = np.append(path, closed.graph.find_edges_on_paths(before, [int(np.argmin(distance))]))
     return path, np.array([start, end])
 
 
@@ -71,11 +73,11 @@ def add_branches(closed: ClosedSurface, seam: IntArray, trade: float) -> SeamAnd
     leaves: list[int] = []
     best, least, in_vain, in_best = seam, np.inf, 0, 0
     for _ in range(constants.MAX_BRANCHES):
-        if 1 + closed.graph.length_of(seam) / closed.size / trade >= least:  # lower bound of the cost
+        if 1 + closed.graph.measure_length(seam) / closed.size / trade >= least:  # lower bound of the cost
             break
         fixed = closed.graph.boundary_nodes(seam)
         stretch, scale = predict_stretch(closed, fixed)
-        cost = stretch + closed.graph.length_of(seam) / closed.size / trade
+        cost = stretch + closed.graph.measure_length(seam) / closed.size / trade
         advance("seams", 0.1)
         in_vain = 0 if cost < least else in_vain + 1
         if in_vain == 0:
@@ -84,7 +86,7 @@ def add_branches(closed: ClosedSurface, seam: IntArray, trade: float) -> SeamAnd
             break
         far, before, _ = closed.graph.shortest_paths(fixed)
         leaf = int(np.argmax(estimate_branch_gains(closed, fixed, scale, far)))
-        seam = np.append(seam, closed.graph.path_edges(before, [leaf]))
+        seam = np.append(seam, closed.graph.find_edges_on_paths(before, [leaf]))
         leaves.append(leaf)
     return best, np.array(leaves[:in_best], dtype=np.int64)
 
@@ -101,20 +103,20 @@ def estimate_branch_gains(
     stretched by many small bumps, x is divided by the distance `far` of the node from the seam.
     """
     if not closed.isometric:
-        return np.abs(scale) / closed.node_hiding
-    slope = closed.laplacian.dirichlet.solve(fixed, closed.area / closed.area.sum() * scale)
-    return np.divide(np.abs(slope) / closed.node_hiding, far, out=np.zeros(len(far)), where=far > 0)
+        return np.abs(scale) / closed.hiding_at_nodes
+    slope = closed.laplacian.dirichlet_solver.solve(fixed, closed.area / closed.area.sum() * scale)
+    return np.divide(np.abs(slope) / closed.hiding_at_nodes, far, out=np.zeros(len(far)), where=far > 0)
 
 
 def keep_seam_if_worth(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
     """Return the seam if it saves at least `DISK_GAIN` compared with an uncut surface, otherwise no edges."""
-    gain = seam_cost(closed, seam[:0], trade) - seam_cost(closed, seam, trade)
+    gain = compute_seam_cost(closed, seam[:0], trade) - compute_seam_cost(closed, seam, trade)
     return seam if gain >= DISK_GAIN / trade else seam[:0]
 
 
-def seam_cost(closed: ClosedSurface, seam: IntArray, trade: float) -> float:
+def compute_seam_cost(closed: ClosedSurface, seam: IntArray, trade: float) -> float:
     """Return the expected cost of a seam: L2 stretch minus 1, plus the seam's price divided by `trade`."""
-    length = closed.graph.length_of(seam) / closed.size
+    length = closed.graph.measure_length(seam) / closed.size
     if trade == 0:
         return length
     return predict_stretch(closed, closed.graph.boundary_nodes(seam))[0] - 1 + length / trade

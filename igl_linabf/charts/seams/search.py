@@ -21,12 +21,12 @@ from ...surface import (
     vertex_array,
 )
 from ..atlas import compute_division_price, flatten_piece
-from ..cut_graphs import ClosedSurface, Levels, stretch_weight
-from ..features import CreasedSurface, Hiding, flat_shares, hiding_weights
+from ..cut_graphs import ClosedSurface, Levels, get_stretch_weight
+from ..features import CreasedSurface, Hiding, compute_flat_shares, compute_hiding_weights
 from ..panels import Panels, RoundedPanels, find_panel_seams
 from ..splitting import split_overlaps
 from . import constants
-from .growth import grow_seam, keep_seam_if_worth, seam_cost, shorten_seam
+from .growth import compute_seam_cost, grow_seam, keep_seam_if_worth, shorten_seam
 from .small_bodies import SmallBodies
 
 # Factor on `trade` for surfaces contracted to clusters, whose seams are later pulled tight and get shorter.
@@ -163,9 +163,9 @@ def find_seams(
     """
     check_trade(trade)
     surface = Submesh.manifold_from_input(V, F)
-    hidden = hiding_weights(surface, hide, np.arange(len(surface.F)))
+    hidden = compute_hiding_weights(surface, hide, np.arange(len(surface.F)))
     search = SeamSearch(trade, resolve_method(method), keep_holes, hidden)
-    return search.seams(surface) if disks else search.needed_seams(surface)
+    return search.find_seams(surface) if disks else search.find_needed_seams(surface)
 
 
 def check_trade(trade: float) -> None:
@@ -190,7 +190,7 @@ class SeamSearch:
     method : Method
         The method that will flatten the surface.
     hidden : (#F,) float64 or None
-        How well each input face hides a seam, from -1 to 1 (see `hiding_weights`).
+        How well each input face hides a seam, from -1 to 1 (see `compute_hiding_weights`).
     """
 
     trade: float
@@ -198,19 +198,19 @@ class SeamSearch:
     keep_holes: bool = False
     hidden: FloatArray | None = None
 
-    def seams(self, surface: Submesh) -> IntArray:
+    def find_seams(self, surface: Submesh) -> IntArray:
         """Return the seam edges of a checked manifold, (#E, 2), as pairs of input vertices.
 
         A disk is cut only if the saved stretch exceeds the price of the seam by `DISK_GAIN`. A component that
         keeps its holes is cut only around panels.
         """
-        return self._find(surface, only_needed=False)
+        return self._find_seams(surface, only_needed=False)
 
-    def needed_seams(self, surface: Submesh) -> IntArray:
-        """Return the same edges as `seams`, but without the seams of components that are disks."""
-        return self._find(surface, only_needed=True)
+    def find_needed_seams(self, surface: Submesh) -> IntArray:
+        """Return the same edges as `find_seams`, but without the seams of components that are disks."""
+        return self._find_seams(surface, only_needed=True)
 
-    def _find(self, surface: Submesh, only_needed: bool) -> IntArray:
+    def _find_seams(self, surface: Submesh, only_needed: bool) -> IntArray:
         shapes, creased = _list_shapes(surface), CreasedSurface(surface, self.hidden)
         panels = self._find_panel_seams(creased, len(shapes))
         found, small = [panels.edges[:0]], list[int]()
@@ -220,7 +220,7 @@ class SeamSearch:
             if is_open and (only_needed or not self.trade):
                 continue
             if panels.cost[k] <= CHEAP_PANELS:
-                found.append(panels.of(k))
+                found.append(panels.select_component(k))
                 continue
             if is_small[k] and not (is_open and loops > 1):
                 small.append(k)
@@ -228,7 +228,7 @@ class SeamSearch:
             own = creased if component is surface else CreasedSurface(component, self.hidden)
             if is_open and loops > 1:
                 if panels.cost[k] < np.inf and panels.cost[k] < self._measure_cost(own, panels.edges[:0]):
-                    found.append(panels.of(k))
+                    found.append(panels.select_component(k))
             else:
                 found.append(self._find_seam_of_component(own, is_open, panels, k))
         if small:
@@ -236,14 +236,14 @@ class SeamSearch:
             bodies = SmallBodies(
                 surface.select_faces(np.searchsorted(surface.faces, np.sort(rows))), self.hidden
             )
-            edges, body, costs = bodies.seams(self.trade, self.keep_holes)
+            edges, body, costs = bodies.find_seams(self.trade, self.keep_holes)
             in_panels = panels.cost[small] < costs
-            found += [panels.of(small[b]) for b in np.flatnonzero(in_panels).tolist()]
+            found += [panels.select_component(small[b]) for b in np.flatnonzero(in_panels).tolist()]
             found.append(edges[~in_panels[body]])
         return np.concatenate(found)
 
-    def _closed(self, creased: CreasedSurface) -> ClosedSurface:
-        return ClosedSurface.of_creased(creased, isinstance(self.method, Isometric))
+    def _make_closed_surface(self, creased: CreasedSurface) -> ClosedSurface:
+        return ClosedSurface.from_creased_surface(creased, isinstance(self.method, Isometric))
 
     def _find_seam_of_component(
         self, creased: CreasedSurface, is_open: bool, panels: _PanelSeams, k: int
@@ -253,8 +253,8 @@ class SeamSearch:
         On large components, the tree is found on clusters of nodes. If the component `is_open`, it could stay
         whole, and the tree is discarded unless it is worth its price.
         """
-        closed = self._closed(creased)
-        levels = Levels.of(closed)
+        closed = self._make_closed_surface(creased)
+        levels = Levels.from_surface(closed)
         trade = self.trade * (CLUSTER_TRADE_FACTOR if levels.steps else 1.0)
         coarse, leaves = grow_seam(levels.coarse, trade, self.keep_holes)
         coarse = shorten_seam(levels.coarse, coarse, trade)
@@ -264,10 +264,10 @@ class SeamSearch:
         edges = creased.surface.vertices[closed.edges[seam]]
         if panels.cost[k] == np.inf:
             return edges
-        if panels.cost[k] <= seam_cost(levels.coarse, coarse, self.trade):
-            return panels.of(k)
+        if panels.cost[k] <= compute_seam_cost(levels.coarse, coarse, self.trade):
+            return panels.select_component(k)
         # corners in the interior of a chart and fillets stretch a chart more than expected
-        return min(panels.of(k), edges, key=lambda seams: self._measure_cost(creased, seams))
+        return min(panels.select_component(k), edges, key=lambda seams: self._measure_cost(creased, seams))
 
     def _measure_cost(self, creased: CreasedSurface, edges: IntArray) -> float:
         """Flatten the pieces between seams, cut their overlaps apart, and return the cost of the result.
@@ -289,7 +289,7 @@ class SeamSearch:
             squared += float(change.double_area @ change.squared_stretch)
             shear += float(change.double_area @ (change.conformal - 1))
         price = compute_division_price(creased, parts) / float(np.sqrt(area / 2))
-        stretch = stretch_weight(self.method) * (float(np.sqrt(squared / area)) - 1)
+        stretch = get_stretch_weight(self.method) * (float(np.sqrt(squared / area)) - 1)
         return stretch + shear / area + price / self.trade
 
     def _find_panel_seams(self, creased: CreasedSurface, number: int) -> _PanelSeams:
@@ -298,11 +298,11 @@ class SeamSearch:
         if not self.trade:
             return found
         for kind in (Panels, RoundedPanels):
-            made = kind(creased).find_components()
+            made = kind(creased).mask_panel_components()
             if made.any():
                 own = creased
                 if not made.all():
-                    rows = np.flatnonzero(made[creased.label])
+                    rows = np.flatnonzero(made[creased.component_of_face])
                     own = CreasedSurface(creased.surface.select_faces(rows), self.hidden)
                 edges, label, cost = find_panel_seams(kind(own), self.trade)
                 rivals = np.flatnonzero((cost < found.cost[made]) & np.isfinite(found.cost[made])).tolist()
@@ -349,7 +349,7 @@ class _PanelSeams:
         self.edges = np.concatenate((self.edges[kept], edges[added]))
         self.component = np.concatenate((self.component[kept], components[label[added]]))
 
-    def of(self, component: int) -> IntArray:
+    def select_component(self, component: int) -> IntArray:
         return np.asarray(self.edges[self.component == component])
 
 
@@ -363,7 +363,7 @@ def _find_small_components(surface: Submesh, shapes: list[Shape]) -> list[bool]:
         of = np.empty(len(surface.F), dtype=np.int64)
         for i, component in enumerate(components):
             of[np.searchsorted(surface.faces, component.faces)] = i
-        small |= medium & (flat_shares(surface, of) < MAX_FLAT_SHARE_OF_SMOOTH_BODY)
+        small |= medium & (compute_flat_shares(surface, of) < MAX_FLAT_SHARE_OF_SMOOTH_BODY)
     return list((small & (np.array(genus) == 0)).tolist())
 
 

@@ -21,12 +21,12 @@ class SmallBodies:
     surface : Submesh
         The surface that consists of all small components.
     hidden : (#F,) float64, optional
-        The `hiding_weights` of the input faces.
+        The hiding weights of the input faces.
     """
 
     def __init__(self, surface: Submesh, hidden: FloatArray | None = None) -> None:
         self.vertices = surface.vertices
-        self.closed = ClosedSurface.of_creased(CreasedSurface(surface, hidden))
+        self.closed = ClosedSurface.from_creased_surface(CreasedSurface(surface, hidden))
         closed, of = self.closed, connected_labels(self.closed.graph.ends, self.closed.graph.n)
         self._n = int(of.max()) + 1
         component = np.empty(self._n, dtype=np.int64)
@@ -36,7 +36,7 @@ class SmallBodies:
         self._by_body = np.argsort(self._of, kind="stable")
         self._nodes = Ragged(np.searchsorted(self._of[self._by_body], np.arange(self._n + 1)))
 
-    def seams(self, trade: float, keep_holes: bool) -> tuple[IntArray, IntArray, FloatArray]:
+    def find_seams(self, trade: float, keep_holes: bool) -> tuple[IntArray, IntArray, FloatArray]:
         """Return the seam edges of all bodies, as pairs of input vertices, and the cost of each body.
 
         A disk is cut only if the net gain is at least `DISK_GAIN`.
@@ -73,11 +73,11 @@ class SmallBodies:
         start = self._find_least_nodes(solve_log_scale(closed, np.union1d(first, rims), extra))[bare]
         end = self._find_least_nodes(solve_log_scale(closed, np.union1d(start, rims), closed.curvature))[bare]
         distance, before, _ = closed.graph.shortest_paths(start)
-        path = closed.graph.path_edges(before, end)
+        path = closed.graph.find_edges_on_paths(before, end)
         # a cut along a single edge does not open a sphere
         short = bare & (np.bincount(self._find_bodies(path), minlength=self._n) < 2)
         distance[np.concatenate((start, end))] = np.inf
-        more = closed.graph.path_edges(before, self._find_least_nodes(distance)[short])
+        more = closed.graph.find_edges_on_paths(before, self._find_least_nodes(distance)[short])
         return np.concatenate((path, np.setdiff1d(more, path)))
 
     def _grow_seams(self, seam: IntArray, trade: float) -> IntArray:
@@ -102,7 +102,7 @@ class SmallBodies:
             if not growing.any():
                 break
             _, before, _ = closed.graph.shortest_paths(open_nodes[growing[self._of[open_nodes]]])
-            path = closed.graph.path_edges(before, tip[growing])
+            path = closed.graph.find_edges_on_paths(before, tip[growing])
             seam = np.concatenate((seam, path))
             when = np.concatenate((when, np.full(len(path), leaf + 1)))
         return seam[when <= best[self._find_bodies(seam)]]

@@ -5,10 +5,10 @@ from scipy import sparse
 
 from ...surface import Submesh, compute_group_centres
 from ..constants import HALVING_BAND
-from ..least_cuts import divide_at_least_cut, edges_between_polygons, terminals_beside_line
+from ..least_cuts import divide_at_least_cut, find_edges_between_polygons, find_terminals_beside_line
 
 
-def bisect(piece: Submesh) -> list[Submesh]:
+def bisect_piece(piece: Submesh) -> list[Submesh]:
     """Halve a piece along a short seam about halfway between two distant faces; return the parts.
 
     A piece that consists of a single polygon cannot be divided; the list of parts is then empty.
@@ -16,7 +16,7 @@ def bisect(piece: Submesh) -> list[Submesh]:
     polygon = piece.polygon_labels
     if not polygon.any():
         return []
-    sides, price = edges_between_polygons(piece)
+    sides, price = find_edges_between_polygons(piece)
     centre = compute_group_centres(polygon, piece.V[piece.F].mean(axis=1))
     step = np.maximum(np.linalg.norm(centre[sides[0]] - centre[sides[1]], axis=1), np.finfo(float).tiny)
     # if two faces share two edges, csr_array adds their equal lengths, which hardly changes distances
@@ -28,5 +28,5 @@ def bisect(piece: Submesh) -> list[Submesh]:
     first = int(np.argmax(distance(0)))
     from_first = distance(first)
     second = int(np.argmax(from_first))
-    terminal = terminals_beside_line(from_first - distance(second), HALVING_BAND)
+    terminal = find_terminals_beside_line(from_first - distance(second), HALVING_BAND)
     return piece.cut_between_labels(divide_at_least_cut(sides, price, terminal)[polygon])

@@ -12,7 +12,7 @@ from ..._core import breadth_first_path, overlap_sheets, shortest_edges, shortes
 from ..._types import BoolArray, IntArray
 from ...errors import MeshError, first_few
 from ...surface import Submesh, check_planar, face_components
-from ..features import CreasedSurface, box_sides
+from ..features import CreasedSurface, measure_bounding_box
 
 MAX_OVERLAPS = 6  # one search separates up to this many overlaps; each one doubles the search graph
 MAX_SEARCH_NODES = 1 << 19  # maximum number of nodes of the search graph
@@ -20,7 +20,7 @@ BARRIER_COST = 1e3  # factor on the price of seam edges inside an overlap, which
 PART_COST = 0.1  # price of an additional part, relative to the diagonal of the bounding box
 
 
-def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
+def find_separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
     """Find short seams that separate the overlapping parts of a flat map.
 
     An overlap consists of two *sheets*: connected regions of faces that cover the same place in the map. Each
@@ -63,7 +63,7 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
     >>> F = F.reshape(-1, 3)
     >>> uv = (1 - V[:, 1:2]) * np.column_stack((np.cos(t), np.sin(t)))
     >>> pairs = overlaps(uv, F)
-    >>> len(pairs), separating_seams(V, F, pairs)
+    >>> len(pairs), find_separating_seams(V, F, pairs)
     (27, array([[50, 51]]))
     """
     surface = Submesh.from_input(V, F)
@@ -80,13 +80,15 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
 
 
 def find_overlap_seams(charts: list[Submesh], pairs: IntArray) -> IntArray:
-    """Return the `separating_seams` of checked charts, given by input vertices; `pairs` has input faces."""
+    """Return the seams of `find_separating_seams` for checked charts, given by input vertices; `pairs` has "
+    "input faces."""
     seams, _ = _separate(charts, pairs)
     return np.unique(np.concatenate([np.zeros((0, 2), dtype=np.int64), *seams]), axis=0)
 
 
 def split_overlaps(chart: Submesh, pairs: IntArray, most: int = MAX_OVERLAPS) -> list[Submesh]:
-    """Cut a chart along its `separating_seams`; each search separates at most `most` overlaps."""
+    """Cut a chart along the seams of `find_separating_seams`; each search separates at most `most` "
+    "overlaps."""
     return _separate([chart], pairs, most)[1]
 
 
@@ -178,8 +180,8 @@ class _Search:
         rim = np.concatenate(topology.loops)
         loop = np.repeat(np.arange(len(topology.loops)), [len(vertices) for vertices in topology.loops])
         ends = np.concatenate((edges, np.column_stack((rim, topology.n + loop))))
-        spoke = PART_COST * np.linalg.norm(box_sides(part.V)) / 2
-        price = CreasedSurface(part).price[np.searchsorted(topology.interior_edges, inner)]
+        spoke = PART_COST * np.linalg.norm(measure_bounding_box(part.V)) / 2
+        price = CreasedSurface(part).edge_price[np.searchsorted(topology.interior_edges, inner)]
         self._cost = np.append(price, np.full(len(rim), spoke))
         self._graph = shortest_edges(ends, self._cost, topology.n + len(topology.loops))
 

@@ -32,7 +32,7 @@ from ...surface import (
     real_coordinates,
     signed_double_areas,
 )
-from .tips import MapMeasure
+from .tips import MapDistortion
 
 SCAF_SECONDS = 300.0  # time limit of SCAF, seconds, because SCAF hangs on some maps
 SCAF_SECONDS_PER_FACE = 1e-2  # seconds added to that time limit for each face
@@ -52,7 +52,7 @@ def make_bijective(
     This is the simplicial complex augmentation framework of Jiang, Schaefer and Panozzo 2017
     (`igl.triangle.scaf_solve`). It starts from an embedding in a circle, which has no overlaps, and deforms
     the triangles towards those of `uv` without creating overlaps. It minimises the symmetric Dirichlet
-    energy. Cutting along `separating_seams` instead is much faster and adds no distortion.
+    energy. Cutting along the seams of `find_separating_seams` instead is much faster and adds no distortion.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ def _fit_rigidly(uv: FloatArray, onto: FloatArray) -> FloatArray:
 
 
 def move_parts_apart(
-    piece: Submesh, result: Flattening, before: MapMeasure
+    piece: Submesh, result: Flattening, before: MapDistortion
 ) -> tuple[Flattening, float] | None:
     """Move overlapping parts of a map apart; return the new map and the increased distortion, or None.
 
@@ -209,21 +209,22 @@ def move_parts_apart(
     corner = piece.topology.corner
     areas = [np.abs(signed_double_areas(complex_positions(m), corner)).sum() for m in (result.uv, uv)]
     uv *= np.sqrt(areas[0] / areas[1])
-    after = MapMeasure(piece, uv)
+    after = MapDistortion(piece, uv)
     if not after.stretch <= MAX_SCAF_STRETCH_FACTOR * before.stretch:
         _warn_of_cut(
             piece, f"SCAF would stretch the chart by {after.stretch:.3g} (L2), not by {before.stretch:.3g}"
         )
         return None
     sheared = [
-        change.at_triangles.area_weighted_mean(change.at_triangles.conformal) for change in (before, after)
+        change.triangle_changes.area_weighted_mean(change.triangle_changes.conformal)
+        for change in (before, after)
     ]
     if not sheared[1] <= MAX_SCAF_STRETCH_FACTOR * sheared[0]:
         _warn_of_cut(
             piece, f"SCAF would shear the chart by {sheared[1]:.3g} (conformal), not by {sheared[0]:.3g}"
         )
         return None
-    shear = [float(change.at_triangles.angle_distortion.mean()) for change in (before, after)]
+    shear = [float(change.triangle_changes.angle_distortion.mean()) for change in (before, after)]
     message = "no triangle overlaps another; overlaps repaired: F/3nt {:.4g} -> {:.4g}".format(*shear)
     flipped = flipped_faces(complex_positions(uv), corner)
     outcome = Outcome.VALID if result.outcome is Outcome.OVERLAPPING else result.outcome

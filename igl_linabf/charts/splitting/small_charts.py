@@ -54,13 +54,13 @@ def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) ->
     for i, (key, chart, piece) in enumerate(made):
         if split[i] and not small[i] and not chart.overlapping and chart.result.outcome.good:
             of_piece.setdefault(key[0], []).append(_GrowingChart(i, chart, piece))
-    rims = {k: _Rims(hosts, kept) for k, hosts in of_piece.items()}
+    rims = {k: _BoundaryEdges(hosts, kept) for k, hosts in of_piece.items()}
     taken = set[int]()
     for i in sorted(np.flatnonzero(small).tolist(), key=lambda i: area[i]):
         key, chart, piece = made[i]
         runs = rims[key[0]].find_runs(piece) if key[0] in rims else []
-        candidate = _Candidate(piece, chart.result.uv)
-        if any(run.host.merge(piece, z, run, most_stretch) for run, z in candidate.positions(runs)):
+        candidate = _MergeCandidate(piece, chart.result.uv)
+        if any(run.host.merge(piece, z, run, most_stretch) for run, z in candidate.iterate_positions(runs)):
             taken.add(i)
     larger = {host.index: host for hosts in of_piece.values() for host in hosts if host.guests}
     joined = {i: host.append_merged_charts(made[i]) for i, host in larger.items()}
@@ -70,7 +70,7 @@ def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) ->
     return [joined.get(i, entry) for i, entry in enumerate(made) if i not in taken]
 
 
-class _Run(NamedTuple):
+class _SharedRun(NamedTuple):
     """A run of consecutive edges between a small chart and a host, which is an adjacent larger chart.
 
     Attributes
@@ -91,7 +91,7 @@ class _Run(NamedTuple):
 
 
 @dataclass(frozen=True)
-class _Guest:
+class _MergedChart:
     """A small chart that is merged into a host, which is an adjacent larger chart.
 
     `z` has the positions of the small chart's vertices in the host's map. `of_host` has the host's index of
@@ -103,18 +103,18 @@ class _Guest:
     of_host: IntArray
 
 
-class _Candidate:
+class _MergeCandidate:
     """A small chart with its map, which may be merged into an adjacent chart."""
 
     def __init__(self, piece: Submesh, flat: FloatArray) -> None:
         self._piece, self._z = piece, complex_positions(flat)
         self._cot = np.divide(piece.areas_and_products[1], piece.areas_and_products[0])
 
-    def positions(self, runs: list[_Run]) -> Iterator[tuple[_Run, ComplexArray]]:
+    def iterate_positions(self, runs: list[_SharedRun]) -> Iterator[tuple[_SharedRun, ComplexArray]]:
         """Yield runs with positions of all vertices: first the given map where it fits, then LSCM maps."""
         if not runs:
             return
-        fits, moved = self._fit(runs)
+        fits, moved = self._fit_to_runs(runs)
         for k in np.flatnonzero(fits).tolist():
             z = moved[k]
             z[runs[k].own] = runs[k].at
@@ -124,7 +124,7 @@ class _Candidate:
             if laid_out is not None:
                 yield run, laid_out
 
-    def _fit(self, runs: list[_Run]) -> tuple[BoolArray, ComplexArray]:
+    def _fit_to_runs(self, runs: list[_SharedRun]) -> tuple[BoolArray, ComplexArray]:
         """Move the map to the ends of each run; return a mask of the runs it fits, and the moved maps."""
         z, vertices = self._z, Ragged.from_sizes([len(run.own) for run in runs])
         own, to = (np.concatenate(rows) for rows in zip(*((run.own, run.at) for run in runs), strict=True))
@@ -147,7 +147,7 @@ class _GrowingChart:
     """A chart, together with the small charts that are merged into it."""
 
     def __init__(self, index: int, chart: Chart, piece: Submesh) -> None:
-        self.index, self.guests, self.n_given = index, list[_Guest](), piece.n_given
+        self.index, self.guests, self.n_given = index, list[_MergedChart](), piece.n_given
         self._chart, self._piece = chart, piece
         self._double_area = self._flat_area = float(
             piece.areas_and_products[0].sum()
@@ -158,7 +158,7 @@ class _GrowingChart:
         self._unit = float(np.ldexp(1.0, size))  # scales coordinates so that their squares cannot overflow
         self._in_chart = self._z[piece.F] * self._unit
 
-    def rim(self) -> tuple[IntArray, IntArray]:
+    def get_boundary_edges(self) -> tuple[IntArray, IntArray]:
         """Return the boundary edges of the chart, (#E, 2), and a unique number for each edge."""
         loops = self._piece.topology.loops
         start = np.concatenate(loops)
@@ -169,7 +169,7 @@ class _GrowingChart:
         """Return the positions of vertices in the map of the chart."""
         return np.asarray(self._z[vertices])
 
-    def merge(self, piece: Submesh, z: ComplexArray, run: _Run, most_stretch: float) -> bool:
+    def merge(self, piece: Submesh, z: ComplexArray, run: _SharedRun, most_stretch: float) -> bool:
         """Merge a small chart with the map `z` if there is room; return True if it is merged."""
         double_area = signed_double_areas(z, piece.topology.corner)
         if not double_area.min() > 0:
@@ -187,7 +187,7 @@ class _GrowingChart:
             return False
         of_host = np.full(len(piece.V), -1)
         of_host[run.own] = run.of_host
-        self.guests.append(_Guest(piece, z, of_host))
+        self.guests.append(_MergedChart(piece, z, of_host))
         self._in_chart = np.concatenate((self._in_chart, own))
         self._squared, self._double_area, self._flat_area = squared, area, flat_area
         return True
@@ -235,11 +235,11 @@ class _GrowingChart:
         return key, replace(chart, faces=whole.faces, result=result), whole
 
 
-class _Rims:
+class _BoundaryEdges:
     """The boundary edges of large charts, except the edges `kept`, indexed by their vertices."""
 
     def __init__(self, hosts: list[_GrowingChart], kept: IntArray) -> None:
-        rims, codes = zip(*(host.rim() for host in hosts), strict=True)
+        rims, codes = zip(*(host.get_boundary_edges() for host in hosts), strict=True)
         of = np.repeat(np.arange(len(hosts)), [len(rim) for rim in rims])
         n, code = hosts[0].n_given, np.concatenate(codes)
         code[np.isin(code, np.concatenate((kept, kept[:, ::-1])) @ [n, 1])] = -1  # matches no edge
@@ -247,7 +247,7 @@ class _Rims:
         self._hosts, self._of, self._code = hosts, of[order], code[order]
         self._rim = np.concatenate(rims)[order]
 
-    def find_runs(self, piece: Submesh) -> list[_Run]:
+    def find_runs(self, piece: Submesh) -> list[_SharedRun]:
         """Return the runs of boundary edges that a chart with one boundary loop shares with large charts.
 
         The longest runs come first.
@@ -276,7 +276,7 @@ class _Rims:
             host = self._hosts[of[k]]
             if of_host[0] != of_host[-1]:
                 found.append(
-                    _Run(host, own, of_host, host.get_positions(of_host), float(length[edges].sum()))
+                    _SharedRun(host, own, of_host, host.get_positions(of_host), float(length[edges].sum()))
                 )
         return sorted(found, key=lambda run: (-run.length, run.host.index))
 

@@ -17,20 +17,20 @@ MIN_TIP_GAIN = 0.008  # minimum net gain of seams to tips: decrease of the L2 st
 
 
 @dataclass(frozen=True, eq=False)
-class MapMeasure:
+class MapDistortion:
     """The distortion of a piece by its map, measured on first access."""
 
     piece: Submesh
     uv: FloatArray
 
     @cached_property
-    def at_triangles(self) -> Change:
+    def triangle_changes(self) -> Change:
         return measure_change(self.piece, self.uv)
 
     @cached_property
     def stretch(self) -> float:
         """The L2 stretch of the piece by its map."""
-        return float(np.sqrt(self.at_triangles.area_weighted_mean(self.at_triangles.squared_stretch)))
+        return float(np.sqrt(self.triangle_changes.area_weighted_mean(self.triangle_changes.squared_stretch)))
 
 
 def find_tips(F: IntArray, n: int, changed: Change, shrunk: float) -> tuple[IntArray, FloatArray]:
@@ -87,7 +87,7 @@ def find_seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: Fl
     leaves = np.where(piece.topology.is_interior[piece.F[faces]], piece.F[faces], -1).max(axis=1)
     is_inside, closed, unit = (
         leaves >= 0,
-        ClosedSurface.of_creased(CreasedSurface(piece, hidden)),
+        ClosedSurface.from_creased_surface(CreasedSurface(piece, hidden)),
         size * trade,
     )
     holes, nodes = np.arange(closed.graph.n_holes), closed.node[leaves[is_inside]]
@@ -96,4 +96,4 @@ def find_seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: Fl
     chosen, gain = choose_worthwhile_seams(distance[nodes] / unit, saved[is_inside], total)
     if gain < MIN_TIP_GAIN:
         return none
-    return piece.vertices[closed.edges[closed.graph.path_edges(before, nodes[chosen])]]
+    return piece.vertices[closed.edges[closed.graph.find_edges_on_paths(before, nodes[chosen])]]

@@ -6,7 +6,7 @@ from typing import Any
 from ..._runtime import time_stage
 from ..._types import ComplexArray
 from ...errors import format_count
-from ...layouts import draw_to_pins, embed_in_boundary, make_injective, make_isometric, place_map
+from ...layouts import embed_in_boundary, make_injective, make_isometric, place_map, pull_to_pins
 from ...surface import Pins, flat_angles, flipped_faces, shape_is_pinned
 from ..result import Status
 from .attempts import Problem, StageResult, StageResults, select_best
@@ -39,7 +39,7 @@ def injective_map(problem: Problem, earlier: StageResults) -> StageResult:
         return StageResult("injective", last.state, Status.NO_VALID_START, detail)
     z, missed = made.z, 0.0
     if pinned is not None and held:
-        z, missed = draw_to_pins(mesh, made.z, 0.0, pinned, problem.angles.solvers)
+        z, missed = pull_to_pins(mesh, made.z, 0.0, pinned, problem.angles.solvers)
     how = f"igl's SLIM, {format_count(made.iterations, 'iteration')} from {made.start}"
     state = replace(last.state, at=problem.angles.evaluate(flat_angles(z, mesh.topology.corner)))
     slim = replace(layout, z=z, method="SLIM", solver=how)

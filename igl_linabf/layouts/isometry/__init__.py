@@ -4,5 +4,5 @@ Takes a mesh and a map of it. Returns the nearest isometric map, by Newton's met
 from a map with flips, by the SLIM of igl. References: Rabinovich et al. 2017; Smith, De Goes, Kim 2019.
 """
 
-from .maps import IsometricMap, draw_to_pins, flatten_isometrically, make_isometric
+from .maps import IsometricMap, flatten_isometrically, make_isometric, pull_to_pins
 from .slim import InjectiveMap, embed_in_boundary, make_injective

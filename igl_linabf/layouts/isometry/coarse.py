@@ -41,7 +41,7 @@ class BilinearWeights:
     weights: FloatArray
 
     @classmethod
-    def of(cls, x: ComplexArray, columns: int, cell: IntArray | None = None) -> BilinearWeights:
+    def locate_points(cls, x: ComplexArray, columns: int, cell: IntArray | None = None) -> BilinearWeights:
         """Locate points, in units of cells, in their cells; with `cell`, extrapolate from these cells."""
         if cell is None:
             cell = x.imag.astype(np.int64) * columns + x.real.astype(np.int64)
@@ -60,9 +60,9 @@ class CoarseHessians:
         x = (start - low) / np.sqrt(width * height * VERTICES_PER_NODE / len(start))
         self._columns = int(x.real.max()) + 2
         nodes = self._columns * (int(x.imag.max()) + 2)
-        self._vertices = BilinearWeights.of(x, self._columns)
+        self._vertices = BilinearWeights.locate_points(x, self._columns)
         middle = x[corner].mean(axis=0)
-        cell = BilinearWeights.of(middle, self._columns).cell
+        cell = BilinearWeights.locate_points(middle, self._columns).cell
         self._order = np.argsort(cell, kind="stable")
         self._x, self._cell = x, cell
         self._cells = np.unique(np.concatenate((cell, self._vertices.cell)))
@@ -90,7 +90,7 @@ class CoarseHessians:
         self._entries = len(found)
         self._analysis: Analysis = solvers.analyse(indptr, row, 2)
 
-    def expand(
+    def differentiate(
         self, rest: RestTriangles, z: ComplexArray, weight: float, springs: Springs | None
     ) -> tuple[FloatArray, Factor]:
         """Return the gradient, (2 #V,), and a factor of the Hessian that is restricted to the grid.
@@ -104,8 +104,8 @@ class CoarseHessians:
         for first in range(0, len(self._cells), at_once):
             part = slice(first, min(first + at_once, len(self._cells)))
             face = self._order[self._faces.start[part.start] : self._faces.start[part.stop]]
-            own = rest.of_faces(face)
-            by_corner, rows = own.expand(z, weight)
+            own = rest.select_faces(face)
+            by_corner, rows = own.differentiate(z, weight)
             slope += sum_at_vertices(own.corner, by_corner, self._n)
             sums[part] = self._sum_in_cells(rows, own.corner, self._cell[face], self._faces.sizes[part])
         return slope, self._factor(sums)
@@ -132,7 +132,8 @@ class CoarseHessians:
         at_nodes = np.zeros((4, 2, 4, len(cell)))  # row, x or y, node, triangle
         for k in range(3):
             at_nodes += (
-                by_corner[:, :, k, None] * BilinearWeights.of(self._x[corner[k]], self._columns, cell).weights
+                by_corner[:, :, k, None]
+                * BilinearWeights.locate_points(self._x[corner[k]], self._columns, cell).weights
             )
         made = np.empty((len(within), len(self._pairs), 4))
         for pair, (i, j) in enumerate(self._pairs):

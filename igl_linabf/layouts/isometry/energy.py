@@ -41,7 +41,9 @@ class RestTriangles:
     share: FloatArray
 
     @classmethod
-    def of(cls, corner: IntArray, double_area: FloatArray, dot: FloatArray, faces: Ragged) -> RestTriangles:
+    def from_charts(
+        cls, corner: IntArray, double_area: FloatArray, dot: FloatArray, faces: Ragged
+    ) -> RestTriangles:
         """Prepare the triangles of charts side by side, each chart scaled to area 1.
 
         The triangles are given as in `Mesh`. Triangles that are too thin for accurate derivatives are opened
@@ -64,17 +66,17 @@ class RestTriangles:
         inward = 1j * (z[PREV] - z[NEXT]) / double_area  # gradients of the hat functions
         return cls(corner, inward.conj() * np.sqrt(area) / 2, double_area / (2 * area))
 
-    def of_faces(self, rows: IntArray) -> RestTriangles:
+    def select_faces(self, rows: IntArray) -> RestTriangles:
         """Return the triangles with the indices `rows`."""
         return RestTriangles(
             np.ascontiguousarray(self.corner[:, rows]), self.gradient[:, rows], self.share[rows]
         )
 
-    def energy(self, z: ComplexArray, weight: float) -> FloatArray:
+    def measure_energies(self, z: ComplexArray, weight: float) -> FloatArray:
         """Return each triangle's energy times its area share; infinite for flipped or collapsed triangles."""
         return isometric_energy(self.corner, self.gradient, self.share, z, weight)
 
-    def expand(self, z: ComplexArray, weight: float) -> tuple[FloatArray, FloatArray]:
+    def differentiate(self, z: ComplexArray, weight: float) -> tuple[FloatArray, FloatArray]:
         """Return the gradient of the energy, (6, #F), and the rows, (24, #F), of its convex part.
 
         The convex part is the sum of row row^T over four rows of six entries: x of the corners, then y. The

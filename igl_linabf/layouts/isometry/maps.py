@@ -14,7 +14,7 @@ from ..choice import place_map
 from .coarse import CoarseHessians
 from .energy import RestTriangles
 from .newton import STALLED_FALL, HessianModel, Hessians, IsometricEnergy, Springs, minimise_energy
-from .slim import is_upright
+from .slim import is_positively_oriented
 
 UNWEIGHTED_TOL = 0.05  # relative tolerance of the unweighted energy, which is reduced first
 STIFFNESSES = 10.0 ** np.arange(0, 11, 2)  # stiffnesses of the springs to the pins; an isometry has energy 1
@@ -69,11 +69,11 @@ def make_isometric(
     z, (steps,), (stalled,) = _lower_energy(energy, start, hessians, tol)
     missed = 0.0
     if shape_is_pinned(pinned):
-        made, z, more, missed = _draw_to_pins(energy, hessians, z, pinned)
+        made, z, more, missed = _pull_to_pins(energy, hessians, z, pinned)
         steps += more
     else:
         made = place_map(mesh.topology, z, mesh.area, pinned)
-    return IsometricMap(made, int(steps), bool(stalled), float(energy.of_charts(z)[0]), missed)
+    return IsometricMap(made, int(steps), bool(stalled), float(energy.measure_chart_energies(z)[0]), missed)
 
 
 def flatten_isometrically(
@@ -86,24 +86,24 @@ def flatten_isometrically(
     triangle is flipped.
     """
     corner, vertices, faces = disks.topology.corner, disks.vertices, disks.faces
-    rest = RestTriangles.of(corner, disks.double_area, disks.dot, faces)
+    rest = RestTriangles.from_charts(corner, disks.double_area, disks.dot, faces)
     energy = IsometricEnergy(rest, vertices, faces, weight)
     z, steps, stalled = _lower_energy(energy, z, Hessians(corner, len(z), solvers), tol)
-    value = energy.of_charts(z)
+    value = energy.measure_chart_energies(z)
     double = np.abs(signed_double_areas(z, corner))
     z = normalize_maps(z, corner, double, disks.area, vertices.start, faces.start)
     sound = ~faces.any(~(signed_double_areas(z, corner) > 0))
     return z, value, steps, sound & stalled
 
 
-def draw_to_pins(
+def pull_to_pins(
     mesh: Mesh, start: ComplexArray, weight: float, pinned: Pins, solvers: Solvers
 ) -> tuple[ComplexArray, float]:
     """Pull a map without flips to more than two pins; return the map and the largest distance to a pin."""
     z = start / np.sqrt(signed_double_areas(start, mesh.topology.corner).sum() / 2)
     energy = _single_chart_energy(mesh, weight)
     hessians = Hessians(mesh.topology.corner, len(z), solvers)
-    made, _, _, missed = _draw_to_pins(energy, hessians, z, pinned)
+    made, _, _, missed = _pull_to_pins(energy, hessians, z, pinned)
     return made, missed
 
 
@@ -111,7 +111,7 @@ def _single_chart_energy(mesh: Mesh, weight: float) -> IsometricEnergy:
     """Return the energy of a single chart."""
     corner, n = mesh.topology.corner, mesh.topology.n
     faces = Ragged.from_sizes([corner.shape[1]])
-    rest = RestTriangles.of(corner, mesh.double_area, mesh.dot, faces)
+    rest = RestTriangles.from_charts(corner, mesh.double_area, mesh.dot, faces)
     return IsometricEnergy(rest, Ragged.from_sizes([n]), faces, weight)
 
 
@@ -131,7 +131,7 @@ def _lower_energy(
     return z, first + steps, stalled
 
 
-def _draw_to_pins(
+def _pull_to_pins(
     energy: IsometricEnergy, hessians: HessianModel, z: ComplexArray, pinned: Pins
 ) -> tuple[ComplexArray, ComplexArray, int, float]:
     """Pull the map to its pins by springs of increasing stiffness.
@@ -163,6 +163,6 @@ def _draw_to_pins(
     if missed <= PINS_MET:
         exact = made.copy()
         exact[index] = position
-        if is_upright(exact, energy.rest.corner):
+        if is_positively_oriented(exact, energy.rest.corner):
             return exact, z, steps, 0.0
     return made, z, steps, missed

@@ -34,7 +34,7 @@ class Springs:
     stiffness: FloatArray
     to: ComplexArray
 
-    def energy(self, z: ComplexArray) -> FloatArray:
+    def measure_energies(self, z: ComplexArray) -> FloatArray:
         d = z - self.to
         return np.asarray(self.stiffness * (d.real**2 + d.imag**2))
 
@@ -60,10 +60,12 @@ class IsometricEnergy:
     weight: float
     springs: Springs | None = None
 
-    def of_charts(self, z: ComplexArray) -> FloatArray:
+    def measure_chart_energies(self, z: ComplexArray) -> FloatArray:
         """Return the energy of each chart: 1 for an isometry, infinite with a flipped triangle."""
-        energy = np.asarray(self.faces.sum(self.rest.energy(z, self.weight)))
-        return energy if self.springs is None else energy + self.vertices.sum(self.springs.energy(z))
+        energy = np.asarray(self.faces.sum(self.rest.measure_energies(z, self.weight)))
+        return (
+            energy if self.springs is None else energy + self.vertices.sum(self.springs.measure_energies(z))
+        )
 
 
 class Hessians:
@@ -82,11 +84,11 @@ class Hessians:
         self._entries = len(indices)
         self._analysis: Analysis = solvers.analyse(indptr, indices, 2)
 
-    def expand(
+    def differentiate(
         self, rest: RestTriangles, z: ComplexArray, weight: float, springs: Springs | None
     ) -> tuple[FloatArray, Factor]:
         """Return the gradient, (2 #V,), and the factored Hessian: the sum of row row^T over the triangles."""
-        by_corner, rows = rest.expand(z, weight)
+        by_corner, rows = rest.differentiate(z, weight)
         slope = sum_at_vertices(self._corner, by_corner, self._n)
         blocks = sum_outer_products(rows, self._own, self._across, self._entries)
         if springs is not None:
@@ -121,7 +123,7 @@ def factor_damped(analysis: Analysis, blocks: FloatArray, diagonal: IntArray) ->
 class HessianModel(Protocol):
     """A model of the Hessian of the isometric energy, which `minimise_energy` uses for its steps."""
 
-    def expand(
+    def differentiate(
         self, rest: RestTriangles, z: ComplexArray, weight: float, springs: Springs | None
     ) -> tuple[FloatArray, Factor]: ...
 
@@ -145,11 +147,11 @@ def minimise_energy(
     NotPositiveDefiniteError
         No step is possible in double precision for one of several charts.
     """
-    value, n = energy.of_charts(z), len(energy.faces)
+    value, n = energy.measure_chart_energies(z), len(energy.faces)
     steps, moving, last = np.zeros(n, dtype=np.int64), np.ones(n, dtype=bool), np.full(n, np.inf)
     for _ in range(max_steps):
         try:
-            slope, factor = hessians.expand(energy.rest, z, energy.weight, energy.springs)
+            slope, factor = hessians.differentiate(energy.rest, z, energy.weight, energy.springs)
             x = -factor.solve(slope)
             del factor  # free its memory, the largest of all objects
         except NotPositiveDefiniteError:
@@ -213,13 +215,13 @@ class LineSearch:
             after = self._energies(tried)
             growing &= (tried > length) & (after < reached)
             length, reached = np.where(growing, tried, length), np.where(growing, after, reached)
-        return self._at(length), reached, length
+        return self._take_step(length), reached, length
 
-    def _at(self, length: FloatArray) -> ComplexArray:
+    def _take_step(self, length: FloatArray) -> ComplexArray:
         return np.asarray(self.z + self.energy.vertices.repeat(length) * self.direction)
 
     def _energies(self, length: FloatArray) -> FloatArray:
-        return self.energy.of_charts(self._at(length))
+        return self.energy.measure_chart_energies(self._take_step(length))
 
 
 def _interleave(z: ComplexArray) -> FloatArray:

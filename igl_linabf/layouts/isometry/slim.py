@@ -72,8 +72,10 @@ def make_injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) 
     ):
         for start in starts:
             at = place(start)
-            if is_upright(at, corner):
-                made = _lower_by_slim(mesh, start, InjectiveMap(at, name, 0, _distortion(mesh, at)), place)
+            if is_positively_oriented(at, corner):
+                made = _reduce_distortion_by_slim(
+                    mesh, start, InjectiveMap(at, name, 0, _measure_distortion(mesh, at)), place
+                )
                 best = made if best is None or made.distortion < best.distortion else best
                 break
         # SLIM may have ended early, because of rounding, if the ratio of area scales is larger
@@ -94,21 +96,23 @@ def embed_in_boundary(
     """
     hopeless = area_scale_ratio(mesh, z) > HOPELESS_AREA_RATIO
     for made in () if hopeless else embed_patches(mesh.topology, z, solvers):
-        if is_upright(made, mesh.topology.corner):
+        if is_positively_oriented(made, mesh.topology.corner):
             return made, "convex combinations around the flipped triangles"
     for made in embed_in_circle(mesh.topology, solvers) if circle else ():
-        if is_upright(at := place(made), mesh.topology.corner):
+        if is_positively_oriented(at := place(made), mesh.topology.corner):
             return at, "an embedding in a circle, its vertices spaced evenly"
     return None
 
 
-def _lower_by_slim(mesh: Mesh, start: ComplexArray, best: InjectiveMap, place: Place) -> InjectiveMap:
+def _reduce_distortion_by_slim(
+    mesh: Mesh, start: ComplexArray, best: InjectiveMap, place: Place
+) -> InjectiveMap:
     """Run SLIM from a valid map until the angle distortion stops decreasing or rounding flips a triangle."""
-    for chunk, made in enumerate(slim(mesh, start, igl.MappingEnergyType.CONFORMAL, SLIM_CHUNK), start=1):
+    for chunk, made in enumerate(run_slim(mesh, start, igl.MappingEnergyType.CONFORMAL, SLIM_CHUNK), start=1):
         at = place(made)
-        if not is_upright(at, mesh.topology.corner):
+        if not is_positively_oriented(at, mesh.topology.corner):
             break
-        reached, least = _distortion(mesh, at), best.distortion
+        reached, least = _measure_distortion(mesh, at), best.distortion
         if reached < least:
             best = InjectiveMap(at, best.start, SLIM_CHUNK * chunk, reached)
         if chunk > 1 and not reached < (1 - SLIM_STALLED_FALL) * least:
@@ -116,7 +120,7 @@ def _lower_by_slim(mesh: Mesh, start: ComplexArray, best: InjectiveMap, place: P
     return best
 
 
-def slim(
+def run_slim(
     mesh: Mesh, start: ComplexArray, energy: igl.MappingEnergyType, chunk: int
 ) -> Iterator[ComplexArray]:
     """Run the SLIM of igl from a valid map, and yield the map after every `chunk` iterations.
@@ -139,12 +143,12 @@ def slim(
         yield made
 
 
-def _distortion(mesh: Mesh, z: ComplexArray) -> float:
+def _measure_distortion(mesh: Mesh, z: ComplexArray) -> float:
     """Return the mean squared relative change of the angles by a map (F/3nt of the paper)."""
     alpha = corner_angles(mesh)
     return float((((flat_angles(z, mesh.topology.corner) - alpha) / alpha) ** 2).mean())
 
 
-def is_upright(z: ComplexArray, corner: IntArray) -> bool:
+def is_positively_oriented(z: ComplexArray, corner: IntArray) -> bool:
     """Return True if every triangle is positively oriented, computed from each of its corners."""
     return all(bool((signed_double_areas(z, corner[turn]) > 0).all()) for turn in ([0, 1, 2], NEXT, PREV))

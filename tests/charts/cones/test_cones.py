@@ -405,7 +405,7 @@ def test_turning_handles_by_quarters_costs_little(name: str) -> None:
 
 def test_scaled_triangles_close_around_vertices_and_along_handles() -> None:
     surface = Submesh.manifold_from_input(*load("nut"))
-    piece = ClosedSurface.of(surface)
+    piece = ClosedSurface.from_submesh(surface)
     paths = find_closed_paths(surface, piece.graph, find_seam(piece, np.zeros(0, dtype=np.int64)))
     corners = surface.V[surface.F.T]
     length = np.linalg.norm(np.roll(corners, -1, axis=0) - np.roll(corners, -2, axis=0), axis=2)

@@ -14,7 +14,7 @@ from igl_linabf.charts.cut_graphs import clusters
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.cut_graphs.clusters import Contraction, Levels, build_shortest_path_trees
 from igl_linabf.charts.features import CreasedSurface
-from igl_linabf.charts.seams.growth import grow_seam, seam_cost
+from igl_linabf.charts.seams.growth import compute_seam_cost, grow_seam
 from igl_linabf.charts.seams.search import SeamSearch, _PanelSeams
 from igl_linabf.flattening import LinABF
 from igl_linabf.surface import Submesh, clean, complex_positions, signed_double_areas
@@ -45,8 +45,8 @@ def subdivide_beyond_clusters(name: str) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("hops", [1, 2, 5])
 @pytest.mark.parametrize("name", NAMES)
 def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) -> None:
-    piece = ClosedSurface.of(surface(name))
-    coarse = Contraction.of(piece, build_shortest_path_trees(piece, hops)).coarse
+    piece = ClosedSurface.from_submesh(surface(name))
+    coarse = Contraction.from_forest(piece, build_shortest_path_trees(piece, hops)).coarse
     assert coarse.graph.n < piece.graph.n / 2
     assert coarse.graph.n - len(coarse.graph.ends) + coarse.graph.n_faces == 2 - 2 * piece.graph.genus
     assert (coarse.graph.n_holes, coarse.graph.genus) == (piece.graph.n_holes, piece.graph.genus)
@@ -57,38 +57,38 @@ def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) ->
 @pytest.mark.parametrize("hops", [1, 3])
 @pytest.mark.parametrize("name", NAMES)
 def test_lifting_a_seam_preserves_its_topology(name: str, hops: int) -> None:
-    piece = ClosedSurface.of(surface(name))
-    smaller = Contraction.of(piece, build_shortest_path_trees(piece, hops))
+    piece = ClosedSurface.from_submesh(surface(name))
+    smaller = Contraction.from_forest(piece, build_shortest_path_trees(piece, hops))
     seam, leaves = grow_seam(smaller.coarse, 6.0, False)
     carried, drawn = smaller.lift_along_trees(seam), smaller.lift(seam, leaves)
     assert (
-        smaller.coarse.graph.build_topology(seam)
-        == piece.graph.build_topology(carried)
-        == piece.graph.build_topology(drawn)
+        smaller.coarse.graph.find_seam_topology(seam)
+        == piece.graph.find_seam_topology(carried)
+        == piece.graph.find_seam_topology(drawn)
     )
-    assert piece.graph.build_topology(carried)[2]
-    assert piece.graph.length_of(carried) <= smaller.coarse.graph.length_of(seam) * (
+    assert piece.graph.find_seam_topology(carried)[2]
+    assert piece.graph.measure_length(carried) <= smaller.coarse.graph.measure_length(seam) * (
         1 + 1e-9
     )  # shorter if paths within a cluster overlap
-    assert piece.graph.length_of(drawn) <= piece.graph.length_of(carried) * (1 + 1e-9)
+    assert piece.graph.measure_length(drawn) <= piece.graph.measure_length(carried) * (1 + 1e-9)
     assert set(smaller.roots[leaves][np.isin(leaves, smaller.coarse.graph.ends[seam])]) <= set(
         piece.graph.ends[drawn].ravel()
     )
 
 
 def test_contraction_ends_at_more_holes_than_clusters() -> None:
-    piece = ClosedSurface.of(surface("holes__igl_beetle.off"))
-    levels = Levels.of(piece, piece.graph.n_holes - 1)
+    piece = ClosedSurface.from_submesh(surface("holes__igl_beetle.off"))
+    levels = Levels.from_surface(piece, piece.graph.n_holes - 1)
     assert piece.graph.n_holes <= levels.coarse.graph.n < piece.graph.n
     assert levels.coarse.graph.n_holes == piece.graph.n_holes
 
 
 def test_the_scale_of_clusters_approximates_that_of_their_nodes() -> None:
-    piece = ClosedSurface.of(surface("closed__optcuts_horse_f10000.obj"))
-    smaller = Contraction.of(piece, build_shortest_path_trees(piece, 1))
+    piece = ClosedSurface.from_submesh(surface("closed__optcuts_horse_f10000.obj"))
+    smaller = Contraction.from_forest(piece, build_shortest_path_trees(piece, 1))
     fixed = np.array([0])
-    u = piece.laplacian.dirichlet.solve(fixed, -piece.curvature)
-    coarse = smaller.coarse.laplacian.dirichlet.solve(smaller.label[fixed], -smaller.coarse.curvature)
+    u = piece.laplacian.dirichlet_solver.solve(fixed, -piece.curvature)
+    coarse = smaller.coarse.laplacian.dirichlet_solver.solve(smaller.label[fixed], -smaller.coarse.curvature)
     mean = np.bincount(smaller.label, u * piece.area) / smaller.coarse.area
     assert np.corrcoef(mean, coarse)[0, 1] >= 0.995
 
@@ -110,7 +110,7 @@ def test_seams_of_large_surfaces_do_not_depend_on_position_or_other_components(n
 @pytest.mark.parametrize("name", ["closed__optcuts_horse_f10000.obj", "handles__bff_punctured-torus.obj"])
 def test_seams_found_on_clusters_cost_no_more_than_on_the_surface(name: str, monkeypatch) -> None:
     part = Submesh.manifold_from_input(*subdivide_beyond_clusters(name))
-    piece, costs = ClosedSurface.of(part), []
+    piece, costs = ClosedSurface.from_submesh(part), []
     node = np.full(len(part.V), -1)
     node[piece.edges.ravel()] = piece.graph.ends.ravel()
     for most in (piece.graph.n, clusters.MAX_CLUSTERS):
@@ -118,7 +118,7 @@ def test_seams_found_on_clusters_cost_no_more_than_on_the_surface(name: str, mon
         edges = SeamSearch(6.0, LinABF())._find_seam_of_component(
             CreasedSurface(part), False, _PanelSeams.empty(1), 0
         )
-        costs.append(seam_cost(piece, piece.graph.edges_between(*node[edges].T), 6.0))
+        costs.append(compute_seam_cost(piece, piece.graph.edges_between(*node[edges].T), 6.0))
     assert costs[1] <= 1.03 * costs[0]
 
 

@@ -39,7 +39,7 @@ def test_expected_stretch_is_the_stretch_of_the_isometric_map(
     surface: Callable[[], tuple[np.ndarray, np.ndarray]],
 ) -> None:
     V, F = surface()
-    whole = ClosedSurface.of(Submesh.manifold_from_input(V, F), isometric=True)
+    whole = ClosedSurface.from_submesh(Submesh.manifold_from_input(V, F), isometric=True)
     stretch, _ = predict_stretch(whole, np.arange(whole.graph.n_holes))
     made = quality(V, F, flatten(V, F, method="isometric").uv).stretch_l2 - 1
     assert 0.65 < (stretch - 1) / ISOMETRIC_STRETCH_WEIGHT / made < 1.5
@@ -72,14 +72,14 @@ def bumpy_square(n: int = 22) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_a_leaf_of_an_isometric_seam_saves_much_for_its_length() -> None:
-    closed = ClosedSurface.of(Submesh.manifold_from_input(*bumpy_square()), isometric=True)
+    closed = ClosedSurface.from_submesh(Submesh.manifold_from_input(*bumpy_square()), isometric=True)
     boundary = np.array([0])
     far, before, _ = closed.graph.shortest_paths(boundary)
     whole, scale = predict_stretch(closed, boundary)
 
     def saved(leaf: int) -> float:
         """Return how much a seam to a node reduces the stretch, divided by the length of the seam."""
-        way = closed.graph.path_edges(before, [leaf])
+        way = closed.graph.find_edges_on_paths(before, [leaf])
         return (whole - predict_stretch(closed, closed.graph.boundary_nodes(way))[0]) / far[leaf]
 
     every = np.array([saved(leaf) for leaf in range(1, closed.graph.n)])

@@ -340,7 +340,7 @@ def test_planes_are_not_cut_for_a_fuller_page(name: str) -> None:
     cut = unwrap(V, F, packing=Packing(resolution=1024, padding=4))
     assert cut.fill > whole.fill and len(cut.charts) > len(whole.charts)
     creased = CreasedSurface(Submesh.from_input(V, F))
-    across = creased.in_one_plane[find_seam_prices(creased, cut.FTC)[0]]
+    across = creased.is_coplanar[find_seam_prices(creased, cut.FTC)[0]]
     assert not across.any()
 
 
@@ -392,18 +392,18 @@ def test_trial_parts_equal_packed_parts() -> None:
     surface = Submesh.from_input(bent, F)
     chart = FlatChart(CreasedSurface(surface), surface, V * [2, 1], 0)
     lines = [([1, 0.3], 1.1), ([0.2, 1], 0.5), ([1, 1], 1.4)]
-    for groups in (chart.atoms(), chart.groups(6)):
+    for groups in (chart.make_groups_of_one(), chart.group_by_square(6)):
         sides = np.array([groups.centre @ normal > at for normal, at in lines])
-        for side, outlines in zip(sides, groups.outlines(sides), strict=True):
-            parts = [(part.uv, part.piece.F) for part in chart.parts(side[groups.label])]
-            *_, packed = _prepare_charts(parts, PackingRequest.of(Packing(margin=MARGIN)))
+        for side, outlines in zip(sides, groups.make_outlines_of_parts(sides), strict=True):
+            parts = [(part.uv, part.piece.F) for part in chart.cut_into_parts(side[groups.label])]
+            *_, packed = _prepare_charts(parts, PackingRequest.from_packing(Packing(margin=MARGIN)))
             assert len(parts) > 1
             for outline, other, size in zip(outlines, packed.outlines, packed.sizes, strict=True):
                 assert outline.area == pytest.approx(other.area)
                 assert len(outline.start) == len(other.start)
                 extent = np.ptp([outline.start.real, outline.start.imag], axis=1)
                 assert np.allclose(np.sort(extent), np.sort(size))  # the outline may lie along another side
-    assert len(chart.groups(6).centre) < len(F) / 2
+    assert len(chart.group_by_square(6).centre) < len(F) / 2
 
 
 @pytest.mark.parametrize("number", [80, 90, 100])
@@ -419,7 +419,7 @@ def test_charts_whose_gaps_leave_no_room_are_refused(number: int) -> None:
 @pytest.mark.parametrize("gap", [0.0, 0.7, 3.3])
 def test_masks_are_the_cells_that_a_widened_chart_touches(gap: float) -> None:
     cells = 9.0
-    *_, charts = _prepare_charts(SETS["thin"][:4], PackingRequest.of(Packing(margin=MARGIN)))
+    *_, charts = _prepare_charts(SETS["thin"][:4], PackingRequest.from_packing(Packing(margin=MARGIN)))
     turns = [np.exp(2j * np.pi * np.arange(n) / 16) for n in (16, 3, 1, 5)]
     # one mask serves two opposite directions
     turns[0] = np.column_stack((turns[0][:8], -turns[0][:8])).ravel()

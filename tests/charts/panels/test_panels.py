@@ -120,8 +120,8 @@ def test_many_open_boxes_and_tents_are_cut_to_their_nets_in_one_search(
         parts.append((V * rng.uniform(0.5, 2, 3), F[keep]))
         parts.append((tent * rng.uniform(0.8, 2, 3), np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])))
     searches = []
-    found = SeamSearch.seams
-    monkeypatch.setattr(SeamSearch, "seams", lambda *a: searches.append(a) or found(*a))
+    found = SeamSearch.find_seams
+    monkeypatch.setattr(SeamSearch, "find_seams", lambda *a: searches.append(a) or found(*a))
     atlas = unwrap(*concatenate_surfaces(*parts))
     assert atlas.good
     assert len(searches) == 1
