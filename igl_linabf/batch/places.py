@@ -82,10 +82,10 @@ def get_hemisphere(place: str) -> HemisphereName:
 
 
 def _find_local(place: str, wanted: Callable[[str], bool]) -> list[InputFile]:
-    if os.path.isfile(place):
-        paths, base = [place], os.path.dirname(place)
-    elif os.path.isdir(place):
+    if os.path.isdir(place):
         paths, base = _list_folder(place, wanted), place
+    elif os.path.exists(place):
+        paths, base = [place], os.path.dirname(place)
     elif glob.has_magic(place):
         fixed = Path(*_iterate_fixed_parts(Path(place).parts))
         matches = sorted(glob.glob(place, recursive=True))
@@ -120,8 +120,11 @@ def _is_mesh(place: str) -> bool:
 
 
 def _describe_file(path: str, base: str) -> InputFile:
-    about = os.stat(path)
     name = os.path.relpath(path, base).replace(os.sep, "/")
+    try:
+        about = os.stat(path)
+    except OSError:  # such as a link to a missing file: its row states the error, when the file is read
+        return InputFile(path, name, "")
     return InputFile(path, name, f"{about.st_size} {about.st_mtime_ns}")
 
 

@@ -40,7 +40,8 @@ def read_mesh(path: str | os.PathLike[str], *, allow_outside: bool = False) -> t
     Raises
     ------
     MeshError
-        The file is damaged or has no triangles; the message names the line.
+        The file is damaged or has no triangles; the message names the line. Or it is a folder, a pipe or a
+        device.
     ValueError
         The suffix is unknown.
     OSError
@@ -113,8 +114,8 @@ def read_file(
     Raises
     ------
     MeshError
-        The file is damaged or has no faces; it refers to a file outside its folder; or the surface of a patch
-        is missing or does not match it.
+        The file is damaged or has no faces; it is a folder, a pipe or a device; it refers to a file outside
+        its folder; or the surface of a patch is missing or does not match it.
     ValueError
         The suffix is unknown; a surface is given, but the file is not a patch; or the format has no second
         texture coordinates.

@@ -62,7 +62,7 @@ from .obj import (
     save_obj,
 )
 from .off import parse_off
-from .parsing import Damaged, Extras, FaceLabels, convert_to_utf8, encode_utf8
+from .parsing import Damaged, Extras, FaceLabels, check_regular_file, convert_to_utf8, encode_utf8
 from .pictures import encode_png
 from .ply import PlyTables, parse_ply, save_ply
 from .ply import select_second_coordinates as select_second_ply
@@ -160,6 +160,7 @@ def parse_file(
 ) -> MeshFile:
     """Read the mesh of a file with the reader for its suffix; FreeSurfer files may have any suffix."""
     path = Path(path)
+    check_regular_file(path)
     suffix = normalize_suffix(path)
     if suffix not in READABLE_SUFFIXES or suffix in PATCH_SUFFIXES:
         with path.open("rb") as file:

@@ -8,12 +8,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from stat import S_ISREG
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
+from ..errors import MeshError
 from ..surface import Polygons, index_and_rank
 
 
@@ -299,9 +301,19 @@ def import_optional(
         raise ImportError(f"{error}: {hint}") from None
 
 
+def check_regular_file(path: Path) -> None:
+    """Raise a MeshError for a folder, a pipe or a device; reading a pipe may block for ever.
+
+    Links are followed. Raise an OSError if the file does not exist.
+    """
+    if not S_ISREG(path.stat().st_mode):
+        raise MeshError(f"{path} is a folder, a pipe or a device: copy its data to a regular file")
+
+
 def call_reader(read: Callable[[Any], Any], given: Any) -> Any:
     """Call a third-party reader, suppress its warnings, and convert its exceptions to `Damaged`."""
     if isinstance(given, Path):
+        check_regular_file(given)
         given.open("rb").close()  # raise OSError for a file that cannot be opened
         given = str(given)
     try:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +15,7 @@ from conftest import load
 from overlapping_surfaces import spiral
 
 from igl_linabf import ChartOptions, unwrap
-from igl_linabf.batch import BakedPacking, flatten_files, one_mesh
+from igl_linabf.batch import BakedPacking, flatten_files, one_mesh, places
 from igl_linabf.batch.one_mesh import Settings, Task, run
 from igl_linabf.batch.table import Row
 from igl_linabf.charts import AtlasBounds
@@ -47,6 +50,27 @@ def test_a_row_has_the_outcome_and_the_warnings(tmp_path: Path) -> None:
     assert row.outcome == "refused"
     assert "the mesh is closed" in row.message
     assert row.charts is None
+
+
+def test_pipes_and_dangling_links_are_failed_rows_and_other_meshes_are_processed(tmp_path: Path) -> None:
+    if sys.platform == "win32":
+        pytest.skip("Windows has no named pipes in folders")
+    folder = tmp_path / "in"
+    folder.mkdir()
+    igl.write_triangle_mesh(str(folder / "good.obj"), *load("bumps"))
+    os.mkfifo(folder / "pipe.obj")
+    (folder / "link.obj").symlink_to("nowhere")
+    (folder / "loop.obj").symlink_to("loop.obj")
+    settings, outcomes = Settings("flatten", resolve_method("linabf"), "obj"), {}
+    for file in places.find_inputs([folder, folder / "pipe.obj"], str(tmp_path / "out")):
+        row = run(Task(file.place, Row(file.place, file.name), str(tmp_path / "out"), settings))
+        outcomes[file.name] = row.outcome, row.message
+    assert outcomes.pop("good.obj") == ("valid", "")
+    assert outcomes.pop("link.obj") == ("unreadable", os.strerror(errno.ENOENT))
+    assert outcomes.pop("loop.obj") == ("unreadable", os.strerror(errno.ELOOP))
+    ((outcome, message),) = outcomes.values()
+    assert outcome == "refused"
+    assert "pipe.obj is a folder, a pipe or a device" in message
 
 
 def test_seams_and_materials_of_a_file_are_those_of_its_map(tmp_path: Path) -> None:

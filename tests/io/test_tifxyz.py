@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import struct
 from dataclasses import replace
 from pathlib import Path
@@ -23,6 +24,14 @@ def make_segment() -> Segment:
     return Segment(
         points, (0.05, 0.1), {"type": "seg", "area_cm2": 1.5}, {"generations": rows.astype(np.uint16)}
     )
+
+
+def make_link(path: Path, target: Path) -> None:
+    """Create a symbolic link, or skip the test if this is not allowed."""
+    try:
+        path.symlink_to(target, target.is_dir())
+    except OSError:  # Windows without developer mode
+        pytest.skip("symbolic links cannot be created here")
 
 
 @pytest.fixture
@@ -153,6 +162,62 @@ def test_an_image_that_announces_more_than_the_memory_is_refused(folder: Path) -
     (folder / "x.tif").write_bytes(data)
     with pytest.raises(MeshError, match=r"x\.tif cannot be read as TIFF: its 4,000,000,000,000 samples"):
         read_tifxyz(folder)
+
+
+@pytest.mark.parametrize("name", ["meta.json", "x.tif", "mask.tif", "generations.tif"])
+def test_links_out_of_the_folder_are_followed_only_if_they_are_allowed(folder: Path, name: str) -> None:
+    tifffile.imwrite(folder / "mask.tif", np.full((6, 9), 255, np.uint8))
+    before = read_tifxyz(folder)
+    (folder.parent / "outside").mkdir()
+    target = folder.parent / "outside" / name
+    (folder / name).rename(target)
+    make_link(folder / name, target)
+    with pytest.raises(MeshError, match=f"{name} leads out of the folder"):
+        read_tifxyz(folder)
+    followed = read_tifxyz(folder, allow_outside=True)
+    np.testing.assert_array_equal(followed.points, before.points)
+    assert followed.channels.keys() == before.channels.keys()
+
+
+def test_links_inside_and_links_to_the_folder_are_followed(folder: Path) -> None:
+    make_link(folder / "copy.tif", folder / "generations.tif")
+    make_link(folder.parent / "link", folder)
+    assert set(read_tifxyz(folder.parent / "link").channels) == {"copy", "generations"}
+
+
+@pytest.mark.parametrize("name", ["meta.json", "x.tif", "mask.tif", "generations.tif"])
+@pytest.mark.parametrize("kind", ["mkdir", "mkfifo"])
+def test_folders_and_pipes_are_refused(folder: Path, name: str, kind: str) -> None:
+    if not hasattr(os, kind):
+        pytest.skip("this system has no named pipes")
+    (folder / name).unlink(missing_ok=True)
+    getattr(os, kind)(folder / name)
+    with pytest.raises(MeshError, match=f"{name} is a folder, a pipe or a device"):
+        read_tifxyz(folder)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[" * 10**5,
+        json.dumps({"format": "x" * 10**4}),
+        json.dumps({"format": "tifxyz", "scale": ["9" * 10**4, [[1] * 100] * 100]}),
+    ],
+)
+def test_a_bad_description_is_refused_by_a_short_message(folder: Path, text: str) -> None:
+    (folder / "meta.json").write_text(text, encoding="utf-8")
+    with pytest.raises(MeshError, match=r"meta\.json") as caught:
+        read_tifxyz(folder)
+    assert len(str(caught.value)) < len(str(folder)) + 250
+
+
+def test_a_description_that_is_nested_too_deeply_is_not_written(tmp_path: Path) -> None:
+    deep: list[object] = []
+    for _ in range(10**5):
+        deep = [deep]
+    with pytest.raises(MeshError, match="nested too deeply"):
+        write_tifxyz(tmp_path / "segment", replace(make_segment(), meta={"deep": deep}))
+    assert not any(tmp_path.iterdir())
 
 
 def test_an_image_does_not_lead_to_another_file(folder: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import reprlib
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,7 +18,8 @@ from ..._runtime import replacing_folder
 from ..._types import BoolArray, FloatArray
 from ...errors import MeshError, MeshWarning, first_few, is_number, stack_level
 from ...linalg import has_free_memory
-from ..parsing import Damaged, call_reader, import_optional
+from ..parsing import Damaged, call_reader, check_regular_file, import_optional
+from ..references import Folder
 
 HOW_TO_GET = "pip install 'igl-linabf[scrolls]' reads and writes tifxyz"
 FORMAT = "tifxyz"
@@ -64,7 +66,7 @@ class Segment:
         return f"<Segment of {rows:,} x {columns:,} points, {self.valid.sum():,} of them valid>"
 
 
-def read_tifxyz(path: str | os.PathLike[str], *, mask: bool = True) -> Segment:
+def read_tifxyz(path: str | os.PathLike[str], *, mask: bool = True, allow_outside: bool = False) -> Segment:
     """Read a scroll segment in the tifxyz format of Volume Cartographer.
 
     Parameters
@@ -75,6 +77,10 @@ def read_tifxyz(path: str | os.PathLike[str], *, mask: bool = True) -> Segment:
     mask : bool
         Whether an image `mask.tif` removes the points where its first channel is below 255. The size of the
         image is the size of the grid, or a multiple of it.
+    allow_outside : bool
+        Follow symbolic links from files of the segment to files outside the folder. By default these are
+        refused, because a segment from a stranger may contain links to any file of this computer. The folder
+        itself may be a link.
 
     Returns
     -------
@@ -83,7 +89,8 @@ def read_tifxyz(path: str | os.PathLike[str], *, mask: bool = True) -> Segment:
     Raises
     ------
     MeshError
-        A file is damaged, the images differ in size, or `meta.json` does not describe a segment.
+        A file is damaged; it is a folder, a pipe, a device, or a link to a file outside the folder; the
+        images differ in size; or `meta.json` does not describe a segment.
     ImportError
         tifffile is missing.
     OSError
@@ -104,14 +111,16 @@ def read_tifxyz(path: str | os.PathLike[str], *, mask: bool = True) -> Segment:
     <Segment of 30 x 80 points, 2,087 of them valid>
     """
     folder = Path(path)
-    meta = _read_meta(folder / META)
-    x, y, z = (_read_coordinate(folder / f"{name}.tif") for name in AXES)
+    inside = Folder(folder, allow_outside)
+    meta = _read_meta(_get_file(inside, META))
+    x, y, z = (_read_coordinate(_get_file(inside, f"{name}.tif")) for name in AXES)
     if not x.shape == y.shape == z.shape:
         sizes = ", ".join(f"{name}.tif {a.shape}" for name, a in zip(AXES, (x, y, z), strict=True))
         raise MeshError(f"{folder}: the coordinates differ in size: {sizes}")
     points = np.stack((x, y, z), axis=2)
     valid = np.isfinite(points).all(axis=2) & (z > 0)
-    others = {file.stem: file for file in sorted(folder.glob("*.tif")) if file.stem not in AXES}
+    found = [_get_file(inside, file.name) for file in sorted(folder.glob("*.tif"))]
+    others = {file.stem: file for file in found if file.stem not in AXES}
     mask_file = others.pop(MASK, None)
     if mask and mask_file is not None:
         valid &= _read_mask(mask_file, valid.shape)
@@ -120,23 +129,40 @@ def read_tifxyz(path: str | os.PathLike[str], *, mask: bool = True) -> Segment:
     return Segment(points, meta["scale"], meta, channels, folder)
 
 
+def _get_file(folder: Folder, name: str) -> Path:
+    """Return the path of a file of a segment; raise a MeshError if it must not be read."""
+    folder.find(name)  # raises for links to files outside the folder
+    path = folder.path / name
+    check_regular_file(path)
+    return path
+
+
 def _read_meta(path: Path) -> dict[str, Any]:
     """Read the description of a segment, with `scale` as two positive floats."""
     try:
         meta = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:  # not JSON, or not UTF-8
+    except (ValueError, RecursionError) as error:  # not JSON, not UTF-8, or nested too deeply
         raise MeshError(f"{path} is not JSON: {error}") from None
     kind = meta.get("format") if isinstance(meta, dict) else None
     if kind != FORMAT:
-        raise MeshError(f"{path} does not describe a tifxyz segment: its format is {kind!r}, not {FORMAT!r}")
+        raise MeshError(
+            f"{path} does not describe a tifxyz segment: its format is {_quote(kind)}, not {FORMAT!r}"
+        )
     return {**meta, "scale": _check_scale(meta.get("scale"), str(path))}
+
+
+def _quote(value: Any, limit: int = 80) -> str:
+    """Return a value of `meta.json` for a message, in at most `limit` characters."""
+    return reprlib.repr(value)[:limit]  # reprlib also limits the depth
 
 
 def _check_scale(scale: Any, where: str) -> tuple[float, float]:
     """Return the scale as two floats; raise a MeshError if it is not two positive numbers."""
     values = list(scale) if isinstance(scale, list | tuple | np.ndarray) else []
     if len(values) != 2 or not all(is_number(s, 0, np.finfo(float).max, above=True) for s in values):
-        raise MeshError(f"{where}: scale is {scale!r}: give two positive numbers of grid cells per voxel")
+        raise MeshError(
+            f"{where}: scale is {_quote(scale)}: give two positive numbers of grid cells per voxel"
+        )
     return float(values[0]), float(values[1])
 
 
@@ -197,7 +223,8 @@ def write_tifxyz(path: str | os.PathLike[str], segment: Segment, *, force: bool 
     Raises
     ------
     MeshError
-        The segment has no points, or a point that readers take for missing because z is not positive.
+        The segment has no points, or a point that readers take for missing because z is not positive; or its
+        `meta` is nested too deeply.
     FileExistsError
         The folder exists, and `force` is not set; or it is not a segment.
     ImportError
@@ -233,7 +260,10 @@ def writing_tifxyz(path: str | os.PathLike[str], segment: Segment, *, force: boo
         "bbox": [low, high],
         "uuid": target.resolve().name,
     }
-    text = json.dumps(meta, indent=2)
+    try:
+        text = json.dumps(meta, indent=2)
+    except RecursionError:
+        raise MeshError("meta of the segment is nested too deeply: remove its nested values") from None
     check_target(target, force)
     with replacing_folder(target) as folder:
         for k, name in enumerate(AXES):
