@@ -231,6 +231,11 @@ def add_gltf_numbers() -> None:
                 folder, json.dumps(make_gltf_text(nodes=[{"mesh": 0, "scale": [7, 7, 7]}])).replace("7", name)
             )
         )
+        register_attack(f"glTF: extras of {name}")(
+            lambda folder, name=name: write_gltf(
+                folder, json.dumps(make_gltf_text(extras="?")).replace('"?"', name)
+            )
+        )
     register_attack("glTF: a scale of 1e308 twice")(
         lambda folder: write_gltf(
             folder,
@@ -272,8 +277,42 @@ for depth in (90, 500, 100_000):
         return write_gltf(folder, text.replace('"extras": 0', '"extras": ' + "[" * depth + "]" * depth))
 
 
-def write_textured_gltf(folder: Path, image: bytes) -> Path:
-    uri = "data:image/png;base64," + base64.b64encode(image).decode()
+for what, part in {
+    "a name": {"nodes": [{"mesh": 0, "name": "\ud800"}]},
+    "the copyright": {"asset": {"version": "2.0", "copyright": "\udfff"}},
+    "a key": {"extras": {"a": [{"\ud800": 1}]}},
+}.items():
+    register_attack(f"glTF: half of a surrogate pair in {what}")(
+        lambda folder, part=part: write_gltf(folder, make_gltf_text(**part))
+    )
+
+
+@register_attack("glTF: 20,000 buffers are the file itself", "right")
+def _(folder: Path) -> Path:
+    text = make_gltf_text(extras="x" * 500_000)
+    text["buffers"] += [{"byteLength": 1, "uri": "a.gltf"}, {"byteLength": 1, "uri": "./%61.gltf"}] * 10_000
+    return write_gltf(folder, text)
+
+
+@register_attack("glTF: 20,000 buffer views share one buffer")
+def _(folder: Path) -> Path:
+    text = make_gltf_text(extensionsUsed=["UNKNOWN_views"], extensions={"UNKNOWN_views": {}})
+    data = V32.tobytes() + F16.tobytes() + bytes(500_000)
+    text["buffers"] = [{"byteLength": len(data), "uri": data_uri(data)}]
+    text["bufferViews"] += [{"buffer": 0, "byteLength": len(data)}] * 20_000
+    return write_gltf(folder, text)
+
+
+@register_attack("glTF: 10,000 images are one file", "right")
+def _(folder: Path) -> Path:
+    (folder / "a.png").write_bytes(png(2, 2) + bytes(500_000))
+    return write_gltf(folder, make_gltf_text(images=[{"uri": "a.png"}] * 10_000))
+
+
+def write_textured_gltf(folder: Path, image: bytes | str) -> Path:
+    """Write a material with an embedded image, given by its bytes or their base64."""
+    encoded = image if isinstance(image, str) else base64.b64encode(image).decode()
+    uri = f"data:image/png;base64,{encoded}"
     material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
     text = make_gltf_text(images=[{"uri": uri}], textures=[{"source": 0}], materials=[material])
     text["meshes"][0]["primitives"][0]["material"] = 0
@@ -281,7 +320,15 @@ def write_textured_gltf(folder: Path, image: bytes) -> Path:
 
 
 POSTSCRIPT = b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n%%EndComments\nshowpage\n"
-for what, image in (("60,000 x 60,000 pixels", png(60_000, 60_000)), ("PostScript", POSTSCRIPT)):
+IMAGES: dict[str, bytes | str] = {
+    "60,000 x 60,000 pixels": png(60_000, 60_000),
+    "PostScript": POSTSCRIPT,
+    "base64 that is cut off": "abc",
+    "base64 that is not ASCII": "\xe9",
+    "DDS of an unknown kind": b"DDS \x7c\0\0\0" + bytes(68) + b"\x20\0\0\0\x04\0\0\0WXYZ" + bytes(40),
+    "PSD of 2^32 - 1 pixels": b"8BPS" + struct.pack(">H6xHIIHH", 1, 3, 2**32 - 1, 1, 8, 3) + bytes(14),
+}
+for what, image in IMAGES.items():
     register_attack(f"glTF: an image of {what}", "right, without images")(
         partial(write_textured_gltf, image=image)
     )

@@ -55,7 +55,7 @@ def decode_image(data: bytes, name: str) -> FloatArray:
     MeshError
         Pillow cannot read the image, or its pixels do not fit into memory.
     """
-    from PIL import Image, UnidentifiedImageError
+    from PIL import Image
 
     try:
         with _open_image(data) as file:
@@ -72,9 +72,9 @@ def decode_image(data: bytes, name: str) -> FloatArray:
             elif file.mode not in PIXEL_MODES:
                 image = file.convert("RGB")
             rows = np.asarray(image, dtype=np.float64) / PIXEL_MODES[image.mode]
-    except MemoryLimitError:
+    except (MemoryLimitError, MemoryError):
         raise
-    except (UnidentifiedImageError, OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+    except Exception as error:  # decoders of damaged files raise exceptions of any kind
         raise MeshError(f"{name} cannot be read as an image ({error}): write it as PNG") from None
     return rows[:, :, None] if rows.ndim == 2 else rows
 
@@ -87,12 +87,12 @@ def measure_image(data: bytes, name: str) -> tuple[int, int]:
     MeshError
         Pillow cannot read the image.
     """
-    from PIL import Image
-
     try:
         with _open_image(data) as file:
             return int(file.width), int(file.height)
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+    except MemoryError:
+        raise
+    except Exception as error:  # decoders of damaged files raise exceptions of any kind
         raise MeshError(f"{name} cannot be read as an image ({error}): write it as PNG") from None
 
 

@@ -42,8 +42,10 @@ def load_gltf(path: Path, allow_outside: bool = False) -> Gltf:
     folder = Folder(path.parent, allow_outside)
     for image in text.get("images", ()):
         find_referenced_file(image.get("uri"), folder)  # raises if the image is outside the folder
+    contents = dict[Path, bytes]()
     buffers = [
-        _read_buffer(buffer, folder, blob if i == 0 else b"", i)  # only buffer 0 can be in the container
+        # only buffer 0 can be in the container
+        _read_buffer(buffer, folder, blob if i == 0 else b"", i, contents)
         for i, buffer in enumerate(text.get("buffers", ()))
     ]
     gltf = decompress(Gltf(text, buffers, folder, size))
@@ -71,7 +73,10 @@ def _split_chunks(data: bytes) -> tuple[bytes, bytes]:
     return chunks[b"JSON"], chunks.get(b"BIN\0", b"")
 
 
-def _read_buffer(buffer: dict[str, Any], folder: Folder, inside: bytes, number: int) -> bytes:
+def _read_buffer(
+    buffer: dict[str, Any], folder: Folder, inside: bytes, number: int, contents: dict[Path, bytes]
+) -> bytes:
+    """Return the bytes of a buffer; `contents` keeps the files, because many buffers may name one file."""
     uri = buffer.get("uri")
     if uri is None:
         return inside
@@ -83,7 +88,10 @@ def _read_buffer(buffer: dict[str, Any], folder: Folder, inside: bytes, number: 
     file = find_referenced_file(uri, folder)
     if file is None:
         raise Damaged(f"its buffer {number} is in a file that is missing, {uri}")
-    return file.read_bytes()
+    file = file.resolve()
+    if file not in contents:
+        contents[file] = file.read_bytes()
+    return contents[file]
 
 
 def find_referenced_file(uri: Any, folder: Folder) -> Path | None:

@@ -156,7 +156,10 @@ def _read_image(gltf: Gltf, number: int | None) -> bytes:
         return gltf.view(image["bufferView"])
     uri = str(image.get("uri", ""))
     if uri.startswith("data:"):
-        return base64.b64decode(uri.partition(",")[2])
+        try:
+            return base64.b64decode(uri.partition(",")[2])
+        except ValueError:
+            raise MeshError(f"the image {number} is not valid base64: embed it again") from None
     file = gltf.folder.find(unquote(uri))
     if file is None:
         raise MeshError(f"the image {uri} is not in {gltf.folder.path}: put it there")

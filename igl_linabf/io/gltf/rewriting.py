@@ -237,6 +237,7 @@ def _copy_buffers(gltf: Gltf, text: dict[str, Any], buffer: Buffer) -> None:
 
 def _embed_images(text: dict[str, Any], old: Folder, new: Path, buffer: Buffer) -> None:
     """Embed image files in the new file, and make all other references relative to its folder."""
+    views = dict[Path, int]()  # many images may name one file
     for image in text.get("images", ()):
         file, kind = (
             find_referenced_file(image.get("uri"), old),
@@ -244,7 +245,10 @@ def _embed_images(text: dict[str, Any], old: Folder, new: Path, buffer: Buffer) 
         )
         if file is not None and kind is not None and not old.find_tiles(unquote(image["uri"])):
             del image["uri"]
-            image |= {"bufferView": buffer.put(file.read_bytes()), "mimeType": kind}
+            file = file.resolve()
+            if file not in views:
+                views[file] = buffer.put(file.read_bytes())
+            image |= {"bufferView": views[file], "mimeType": kind}
     for holder, key in iterate_uris(text):
         if is_relative(holder[key]) and old.has(unquote(holder[key])):
             holder[key] = quote(old.relocate(unquote(holder[key]), new))

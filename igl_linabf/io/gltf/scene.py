@@ -109,8 +109,8 @@ class Gltf:
 
     @property
     def size(self) -> int:
-        """The number of bytes of the file and its buffers."""
-        return self.description_size + sum(map(len, self.buffers))
+        """The number of bytes of the file and its buffers; buffers that share a file count once."""
+        return self.description_size + sum({id(buffer): len(buffer) for buffer in self.buffers}.values())
 
     def view(self, number: int) -> bytes:
         """Return the bytes of a buffer view."""

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NoReturn, Protocol
@@ -9,6 +10,7 @@ from typing import Any, NoReturn, Protocol
 from ..parsing import Damaged
 
 MAX_DEPTH = 100  # nesting depth of lists and objects; glTF itself needs about ten
+SURROGATE_PATTERN = re.compile("[\ud800-\udfff]")  # characters that UTF-8 cannot encode
 MAX_QUOTED = 40  # number of characters of a wrong value shown in a message
 
 
@@ -143,3 +145,24 @@ def check_depth(value: Any) -> None:
         if not level:
             return
     raise Damaged(f"its description is nested more than {MAX_DEPTH} levels deep")
+
+
+def check_values(value: Any, place: str = "") -> None:
+    """Raise `Damaged` if JSON holds values that cannot be written: infinite numbers or single surrogates."""
+    if isinstance(value, list):
+        for i, inner in enumerate(value):
+            check_values(inner, f"{place}[{i}]")
+    elif isinstance(value, dict):
+        for key, inner in value.items():
+            inside = f"{place}.{key}" if place else key
+            _check_text(key, inside)
+            check_values(inner, inside)
+    elif isinstance(value, str):
+        _check_text(value, place)
+    elif isinstance(value, float) and not math.isfinite(value):
+        raise Damaged(f"its {place} is a number beyond double precision: write a finite number")
+
+
+def _check_text(text: str, place: str) -> None:
+    if not text.isascii() and SURROGATE_PATTERN.search(text):
+        raise Damaged(f"its {place} contains half of a surrogate pair, which is not a character: rename it")

@@ -21,7 +21,19 @@ from .extensions import (
 )
 from .images import TEXTURE_TRANSFORM, find_texture_uses
 from .scene import DTYPES, INSTANCE_ATTRIBUTES, UNSIGNED, WIDTHS, Gltf
-from .schema import Index, Integer, ListOf, Number, ObjectOf, OfType, OneOf, Record, Schema, check_depth
+from .schema import (
+    Index,
+    Integer,
+    ListOf,
+    Number,
+    ObjectOf,
+    OfType,
+    OneOf,
+    Record,
+    Schema,
+    check_depth,
+    check_values,
+)
 
 CORNER_BYTES = 64  # estimated bytes of memory per corner of a face
 INSTANCE_BYTES = 512  # estimated bytes of memory for the transform of an instance
@@ -161,6 +173,7 @@ ATTRIBUTE_TYPES = {
 def check_description(text: dict[str, Any]) -> None:
     """Raise `Damaged` if a description does not follow glTF 2.0, or refers to a missing entry."""
     check_depth(text)
+    check_values(text)
     counts = {name: len(entries) for name, entries in text.items() if isinstance(entries, list)}
     DESCRIPTION.check(text, "", counts)
     extensions = Record(EXTENSIONS)
@@ -199,8 +212,11 @@ def _refuse_cycles(nodes: list[dict[str, Any]]) -> None:
 def check_data(gltf: Gltf) -> None:
     """Raise `Damaged` if data of accessors are missing, or need memory out of proportion to the file."""
     accessors = gltf.entries("accessors")
-    for number in range(len(gltf.entries("bufferViews"))):
+    views = gltf.entries("bufferViews")
+    for number in range(len(views)):
         gltf.check_view(number)
+    viewed = sum(view["byteLength"] for view in views)
+    check_expansion(viewed, gltf.size, "its buffer views, which share data,")
     unstored = 0
     for number, accessor in enumerate(accessors):
         gltf.check_rows(number)

@@ -48,6 +48,7 @@ class _Decoder:
 
     def __init__(self, gltf: Gltf) -> None:
         self.gltf = gltf
+        self.given = gltf.size
         self.buffer = len(gltf.buffers)
         self.parts: list[bytes] = []
         self.size = 0
@@ -135,7 +136,7 @@ class _Decoder:
     def _reserve(self, size: int, place: str) -> None:
         """Raise `Damaged` if decoded data are out of proportion to the file."""
         self.wanted += size
-        check_expansion(self.wanted, self.gltf.size, f"its compressed data, up to {place},")
+        check_expansion(self.wanted, self.given, f"its compressed data, up to {place},")
 
     def _fill(self, number: int, rows: NDArray[Any], place: str) -> int:
         """Store rows as the data of an accessor, and return its number; a shared accessor is copied."""
