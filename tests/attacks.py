@@ -8,6 +8,7 @@ from __future__ import annotations
 import base64
 import gzip
 import json
+import re
 import struct
 import tempfile
 import warnings
@@ -508,6 +509,11 @@ register_attack("GIFTI: arrays that decompress to 268 MB")(
 register_attack("GIFTI: arrays of 10^9 rows after an attribute with >")(
     write("a.surf.gii", gifti("0 0 0", rows=10**9, more='A=">" '))
 )
+register_attack("GIFTI: arrays of -1 rows")(write("a.surf.gii", gifti("0 0 0", rows=-1)))
+register_attack("GIFTI: another root element")(write("a.surf.gii", b'<?xml version="1.0"?><X/>'))
+register_attack("GIFTI: complex points")(
+    write("a.surf.gii", gifti("0 0 0").replace(b"TYPE_FLOAT32", b"TYPE_COMPLEX64"))
+)
 register_attack("GIFTI: 10^11 dimensions")(write("a.surf.gii", gifti("0 0 0", dimensions=10**11)))
 for how, text in (("between other characters", "!{}"), ("in CDATA", "<![CDATA[{}]]>"), ("beside", "<a/>{}")):
     register_attack(f"GIFTI: arrays that decompress to 268 MB, {how}")(
@@ -554,10 +560,31 @@ for number in ("1000000000x", " 1000000000", "+1000000000", "1&#48;00000000"):
 register_attack("VTP: 10^9 components in UTF-16")(
     write("a.vtp", vtp(width=10**9).decode().replace('"1.0"?', '"1.0" encoding="UTF-16"?').encode("utf-16"))
 )
-for blocks in ((1, 2**31, 0, 9), (2**30, 2**15, 0, 9), (2, 2**32 - 1, 1, 9)):
-    register_attack(f"VTP: {blocks[0]} compressed blocks of {blocks[1]} bytes")(
-        write("a.vtp", vtp(data=base64.b64encode(struct.pack("<4I", *blocks)).decode(), form="binary"))
+register_attack("VTP: -1 components")(write("a.vtp", vtp(width=-1)))
+for blocks in (
+    (1, 2**31, 0, 9),
+    (2**30, 2**15, 0, 9),
+    (2, 2**32 - 1, 1, 9),
+    (1, 16, 2**32 - 1, 9),
+    (1, 16, 0, 2**31),
+):
+    for spaces in (0, 1100):
+        data = " " * spaces + base64.b64encode(struct.pack("<4I", *blocks)).decode()
+        register_attack(f"VTP: compressed blocks {blocks} after {spaces} spaces")(
+            write("a.vtp", vtp(data=data, form="binary"))
+        )
+register_attack("VTP: an offset of 10^15 corners")(
+    write("a.vtp", vtp().replace(b" 60</DataArray>", b" 1000000000000000</DataArray>"))
+)
+FAR_OFFSETS = base64.b64encode(struct.pack("<I20q", 160, *[10**15] * 20))
+register_attack("VTP: a binary offset of 10^15 corners")(
+    write(
+        "a.vtp", re.sub(rb'offsets" format="ascii">[^<]*', b'offsets" format="binary">' + FAR_OFFSETS, vtp())
     )
+)
+register_attack("VTP: 10^5 nested elements")(
+    write("a.vtp", vtp().replace(b"<Points>", b"<a>" * 10**5 + b"</a>" * 10**5 + b"<Points>"))
+)
 
 
 def package(model: str, compression: int = zipfile.ZIP_DEFLATED) -> bytes:

@@ -54,6 +54,8 @@ def parse_gifti(path: Path, allow_outside: bool = False) -> MeshFile:
     nibabel = import_optional("nibabel")
     _check_gifti(path, Folder(path.parent, allow_outside))
     image = call_reader(nibabel.load, path)
+    if image is None:
+        raise Damaged("its XML has no element GIFTI")
     for array in image.darrays:  # the arrays that are kept are written into the file itself
         array.encoding, array.ext_fname = nibabel.gifti.util.gifti_encoding_codes.code["B64GZ"], ""
     try:
@@ -63,6 +65,9 @@ def parse_gifti(path: Path, allow_outside: bool = False) -> MeshFile:
         raise Damaged(
             "it does not have one array of points and one of triangles: is it a .surf.gii?"
         ) from None
+    types = points.data.dtype, triangles.data.dtype
+    if not all(of.kind in "fiu" for of in types):
+        raise Damaged(f"its arrays are of the types {types[0]} and {types[1]}, not of real numbers")
     V = np.asarray(points.data, dtype=np.float64)
     F = np.asarray(triangles.data)
     if V.ndim != 2 or V.shape[1] != 3 or F.ndim != 2 or F.shape[1] != 3:
@@ -102,7 +107,10 @@ def _check_gifti(path: Path, folder: Folder) -> None:
     refuse_entities(data)
     for attributes, texts in _list_gifti_arrays(data):
         encoding = attributes.get("Encoding", "GZ").upper()  # GZipBase64Binary by default, as in nibabel
-        if "EXT" in encoding and (file := folder.find(attributes.get("ExternalFileName", ""))):
+        if "EXT" in encoding:
+            name = attributes.get("ExternalFileName", "")
+            if (file := folder.find(name)) is None:
+                raise Damaged(f"the file {name[:80]!r} of an array is missing")
             size += file.stat().st_size
         for text in texts if "GZ" in encoding else ():
             with suppress(binascii.Error, ValueError):  # nibabel reports invalid base64
@@ -112,7 +120,9 @@ def _check_gifti(path: Path, folder: Folder) -> None:
             dimensions = int(attributes.get("Dimensionality", 0))
             sizes = [int(attributes[f"Dim{i}"]) for i in range(min(dimensions, MAX_DIMENSIONS))]
         except (KeyError, ValueError):
-            raise Damaged("the sizes of an array are missing, or are not numbers") from None
+            dimensions, sizes = 0, [-1]
+        if min(sizes, default=0) < 0:
+            raise Damaged("the sizes of an array are missing, or are not numbers")
         if not 0 <= dimensions <= MAX_DIMENSIONS:
             raise Damaged(f"an array has {dimensions:,} dimensions: GIFTI has 1 to {MAX_DIMENSIONS}")
         check_expansion(8 * prod(sizes), size, "an array")
@@ -166,8 +176,8 @@ def _read_point_colours(image: Any, n: int) -> FloatArray | None:
     """Return the colours of the vertices, from 0 to 1, or None."""
     for intent in COLOURS:
         for array in image.get_arrays_from_intent(intent):
-            values = np.asarray(array.data, dtype=np.float64)
-            if values.shape in ((n, 3), (n, 4)):
+            if array.data.shape in ((n, 3), (n, 4)) and array.data.dtype.kind in "fiu":
+                values = np.asarray(array.data, dtype=np.float64)
                 return values / 255 if array.data.dtype.kind in "ui" else values
     return None
 
@@ -193,7 +203,7 @@ def save_gifti(temporary: str, mesh: MeshFile, path: Path) -> None:
     if isinstance(source, GiftiFile):
         for array in _select_rows(_get_other_arrays(source.image), vertex, len(mesh.V)):
             image.add_gifti_data_array(array)
-    data = image.to_bytes()
+    data = image.to_bytes(mode="force")  # arrays of types that are not in the specification are kept, too
     Path(temporary).write_bytes(gzip.compress(data, mtime=0) if path.suffix.lower() == ".gz" else data)
 
 

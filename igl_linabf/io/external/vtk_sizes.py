@@ -3,18 +3,20 @@
 import base64
 import binascii
 import re
-from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 from xml.parsers.expat import ExpatError, ParserCreate
 
-from ..limits import check_expansion, refuse_entities
+from ..limits import check_expansion, inflate, refuse_entities
 from ..parsing import Damaged
 
 VALUE_BYTES = 8  # VTK's largest number type has 8 bytes
 COUNTS = [f"NumberOf{what}" for what in ("Points", "Verts", "Lines", "Strips", "Polys", "Tuples")]
 ARRAYS = ("DataArray", "Array")
-NUMBER_PATTERN = re.compile(r"\s*\+?(\d+)")  # VTK ignores what follows the digits
+OFFSET_PATTERN = re.compile(r"\d+")
 MAX_DIGITS = 18  # maximum number of decimal digits of a size that a file announces
+MAX_DEPTH = 100  # maximum number of nested elements; VTK visits them recursively
 
 
 class _Element(NamedTuple):
@@ -25,11 +27,55 @@ class _Element(NamedTuple):
     content: int
 
     def number(self, attribute: str, default: int = 0) -> int:
-        """Return the number at the beginning of an attribute, or the default if there is none."""
-        found = NUMBER_PATTERN.match(self.attributes.get(attribute, ""))
-        if found is not None and len(found[1]) > MAX_DIGITS:
-            raise Damaged("it announces a number of more than 18 digits")
-        return default if found is None else int(found[1])
+        """Return an attribute that is a number, or the default if there is no such attribute."""
+        text = self.attributes.get(attribute, str(default)).strip()
+        if not (text.isascii() and text.isdecimal() and len(text) <= MAX_DIGITS):
+            raise Damaged(f"{attribute} is {text[:40]!r}, not a number of at most {MAX_DIGITS} digits")
+        return int(text)
+
+
+@dataclass(frozen=True)
+class _Stream:
+    """The beginning of a binary array, which announces the array's size in words of 4 or 8 bytes."""
+
+    data: bytes
+    start: int
+    is_raw: bool
+    word: int
+    order: Literal["big", "little"]
+
+    def read_words(self, number: int) -> list[int]:
+        """Return the first words; an array that is too short is read as zeros, and VTK reports it."""
+        length = number * self.word
+        found = self._read(0, length).ljust(length, b"\0")
+        return [int.from_bytes(found[k : k + self.word], self.order) for k in range(0, length, self.word)]
+
+    def read_last_number(self, width: int, is_compressed: bool) -> int:
+        """Return the last number, of `width` bytes, of an array; 0 if its compression is not zlib."""
+        first, block, last = self.read_words(3)
+        if not is_compressed:
+            begin = self.word + first - width
+            return 0 if first < width else int.from_bytes(self._read(begin, width), self.order)
+        packed = self.read_words(3 + first)[3:] or [0]
+        header = self.word * (3 + first)
+        begin = header if self.is_raw else 4 * -(-header // 3)  # a header in base64 is encoded separately
+        blocks = replace(self, start=self._find_start() + begin)
+        data = blocks._read(sum(packed[:-1]), packed[-1])
+        with suppress(Damaged):  # VTK reports it
+            return int.from_bytes(inflate(data, last or block, "an array")[-width:], self.order)
+        return 0
+
+    def _find_start(self) -> int:
+        """Return the position of the first byte or, in base64, of the first character after white space."""
+        return self.start if self.is_raw else len(self.data) - len(self.data[self.start :].lstrip())
+
+    def _read(self, begin: int, length: int) -> bytes:
+        start, end = self._find_start(), begin + length
+        if self.is_raw:
+            return self.data[start + begin : start + end]
+        with suppress(binascii.Error):  # VTK reports invalid base64
+            return base64.b64decode(self.data[start : start + 4 * -(-end // 3)])[begin:end]
+        return b""
 
 
 def check_announced_sizes(data: bytes) -> None:
@@ -39,32 +85,52 @@ def check_announced_sizes(data: bytes) -> None:
     width = max((element.number("NumberOfComponents", 1) for element in elements), default=1)
     values = sum(element.number(count) for element in elements for count in COUNTS) * max(width, 1)
     check_expansion(VALUE_BYTES * values, size, "its points and cells")
-    root = elements[0].attributes
-    word = 8 if root.get("header_type") == "UInt64" else 4
-    order: Literal["big", "little"] = "big" if root.get("byte_order") == "BigEndian" else "little"
-    is_compressed = bool(root.get("compressor"))
-    for header in _iterate_headers(data, elements, 3 * word if is_compressed else word):
-        numbers = [int.from_bytes(header[k : k + word], order) for k in range(0, len(header), word)]
-        if not is_compressed and numbers[0] > size:
-            raise Damaged(f"an array announces {numbers[0]:,} bytes, but the file has {size:,}")
+    is_compressed = bool(elements[0].attributes.get("compressor"))
+    for element, stream in _list_streams(data, elements):
+        (first,) = stream.read_words(1)
+        if not is_compressed and first > size:
+            raise Damaged(f"an array announces {first:,} bytes, but the file has {size:,}")
+        if is_compressed and stream.word * first > size:
+            raise Damaged(f"an array announces {first:,} blocks, but the file has {size:,} bytes")
         if is_compressed:
-            blocks, block_bytes, _ = numbers
-            if word * blocks > size:
-                raise Damaged(f"an array announces {blocks:,} blocks, but the file has {size:,} bytes")
-            check_expansion((blocks + 1) * block_bytes if blocks else 0, size, "an array")
+            _, block, last, *packed = stream.read_words(3 + first)
+            check_expansion(first * block + last, size, "an array")
+            if sum(packed) > size:
+                raise Damaged(f"an array announces {sum(packed):,} compressed bytes of {size:,} in the file")
+        if element.attributes.get("Name") == "offsets":
+            width = 4 if "32" in element.attributes.get("type", "") else 8
+            corners = stream.read_last_number(width, is_compressed)
+            check_expansion(VALUE_BYTES * corners, size, "the corners of its cells")
 
 
 def _list_elements(data: bytes) -> list[_Element]:
-    """Return the elements of a file up to its appended data."""
-    elements, parser = list[_Element](), ParserCreate()
+    """Return the elements of a file up to its appended data, and check the offsets of its cells."""
+    elements, offsets, parser, depth = list[_Element](), list[str](), ParserCreate(), 0
 
     def start(name: str, attributes: dict[str, str]) -> None:
-        content = data.find(b">", parser.CurrentByteIndex) + 1
-        elements.append(_Element(name, attributes, content))
+        nonlocal depth
+        depth += 1
+        if depth > MAX_DEPTH:
+            raise Damaged(f"its XML has more than {MAX_DEPTH} nested elements")
+        elements.append(_Element(name, attributes, data.find(b">", parser.CurrentByteIndex) + 1))
         if name == "AppendedData":
             raise StopIteration  # the binary data that follow are no XML
 
-    parser.StartElementHandler = start
+    def end(_: str) -> None:
+        nonlocal depth
+        depth -= 1
+        numbers = OFFSET_PATTERN.findall("".join(offsets))
+        largest = max((int(number[: MAX_DIGITS + 1]) for number in numbers), default=0)
+        check_expansion(VALUE_BYTES * largest, len(data), "the corners of its cells")
+        offsets.clear()
+
+    def add(text: str) -> None:
+        attributes = elements[-1].attributes
+        is_text = attributes.get("format") not in ("binary", "appended")
+        if is_text and attributes.get("Name") == "offsets":
+            offsets.append(text)
+
+    parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, add
     try:
         parser.Parse(data, True)
     except StopIteration:
@@ -74,25 +140,22 @@ def _list_elements(data: bytes) -> list[_Element]:
     return elements
 
 
-def _iterate_headers(data: bytes, elements: list[_Element], length: int) -> Iterator[bytes]:
-    """Yield the first `length` bytes of each binary array, which announce its size."""
-    last = elements[-1]
-    appended = last if last.name == "AppendedData" else None
+def _list_streams(data: bytes, elements: list[_Element]) -> list[tuple[_Element, _Stream]]:
+    """Return the binary arrays: their elements, and the beginnings of their data."""
+    root, last = elements[0].attributes, elements[-1]
+    word = 8 if root.get("header_type") == "UInt64" else 4
+    order: Literal["big", "little"] = "big" if root.get("byte_order") == "BigEndian" else "little"
+    appended, is_raw = last.content, last.attributes.get("encoding") == "raw"
+    if last.name == "AppendedData":
+        appended = len(data) - len(data[appended:].lstrip())
+        if data[appended : appended + 1] != b"_":
+            raise Damaged("its appended data do not begin with an underscore")
+    streams = []
     for element in elements:
-        start, is_raw = element.content, False
-        if element.name not in ARRAYS:
-            continue
-        if element.attributes.get("format") == "appended" and appended is not None:
-            start = data.find(b"_", appended.content) + 1 + element.number("offset")
-            is_raw = appended.attributes.get("encoding") == "raw"
-        elif element.attributes.get("format") != "binary":
-            continue
-        header = data[start : start + length]
-        if not is_raw:
-            text = data[start : start + 1000].lstrip()[: 4 * -(-length // 3)]
-            try:
-                header = base64.b64decode(text)[:length]
-            except binascii.Error:
-                continue  # VTK reports invalid base64
-        if len(header) == length:
-            yield header
+        form = element.attributes.get("format")
+        if element.name in ARRAYS and form == "binary":
+            streams.append((element, _Stream(data, element.content, False, word, order)))
+        elif element.name in ARRAYS and form == "appended":
+            start = appended + 1 + element.number("offset")
+            streams.append((element, _Stream(data, start, is_raw, word, order)))
+    return streams
