@@ -31,7 +31,7 @@ import numpy as np
 from meshes import Mesh, brain, crown, load_shared_meshes, stanford, subdivide
 
 from igl_linabf import FallbackWarning, OutcomeWarning, cut, flatten, quality, unwrap
-from igl_linabf.flattening import Flattening, median_times
+from igl_linabf.flattening import Flattening, measure_median_times
 from igl_linabf.io import read_mesh, read_texture, write_obj
 from igl_linabf.surface import planar_mesh, split_chords
 
@@ -136,7 +136,7 @@ def print_row(name: str, V: np.ndarray, F: np.ndarray, shapes: tuple[str, ...], 
     mesh, cells = planar_mesh(V, F), []
     calls = [partial(flatten, V, F, boundary=shape, progress=False) for shape in shapes]
     results = {shape: call() for shape, call in zip(shapes, calls, strict=True)}
-    times = dict(zip(shapes, median_times(calls, repeat, process_time), strict=True))
+    times = dict(zip(shapes, measure_median_times(calls, repeat, process_time), strict=True))
     for shape, result in results.items():
         q = quality(V, F, result.uv)
         cell = f"{q.angle_distortion:.3g}, {q.stretch_l2:.3g}, {q.flips}; "

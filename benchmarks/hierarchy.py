@@ -26,7 +26,7 @@ from pages import DOCS, replace_between_marks
 
 from igl_linabf import ABF, LinABF, flatten
 from igl_linabf.flattening import Flattening, methods
-from igl_linabf.flattening.fallbacks import Problem, initial_problem
+from igl_linabf.flattening.fallbacks import Problem, set_up_problem
 from igl_linabf.surface import planar_mesh
 
 HARD = ("optcuts_golf", "flipfree_deer", "optcuts_male_body_i_f10000")
@@ -49,16 +49,16 @@ def restart(V: np.ndarray, F: np.ndarray, method: ABF | LinABF, solution: Flatte
     given = np.ascontiguousarray(solution.angles.T)
 
     def make_problem(*args, **options) -> Problem:
-        problem = initial_problem(*args, **options)
+        problem = set_up_problem(*args, **options)
         return ProblemAtAngles(
             **{name: getattr(problem, name) for name in Problem.__annotations__}, angles_given=given
         )
 
-    methods.initial_problem = make_problem
+    methods.set_up_problem = make_problem
     try:
         return method.run(planar_mesh(V, F), None)
     finally:
-        methods.initial_problem = initial_problem
+        methods.set_up_problem = set_up_problem
 
 
 def time_call(call: Callable[[], object]) -> float:

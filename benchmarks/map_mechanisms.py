@@ -37,7 +37,7 @@ from igl_linabf.angles.system import preconditioner
 from igl_linabf.charts import find_cones
 from igl_linabf.charts.cones import quantisation
 from igl_linabf.flattening import methods
-from igl_linabf.flattening.fallbacks import attempts, injective, stages
+from igl_linabf.flattening.fallbacks import attempts, injective
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
@@ -61,9 +61,13 @@ MECHANISMS: dict[str, tuple[Patch, ...]] = {
         (newton, "correct_conformally", lambda state, *_: state),
     ),
     "slow steps solved further": ((newton, "LEAST_ANCHORED_RTOL", newton.ANCHORED_RTOL),),
-    "ears": ((attempts.Ears, "of", lambda *_: None),),
+    "ears": ((attempts.Ears, "remove_from", lambda *_: None),),
     "converged ABF after linear ABF": (
-        (methods, "_default_stages", lambda rtol, tol, made=methods._default_stages: made(rtol, tol)[:2]),
+        (
+            methods,
+            "_list_default_stages",
+            lambda rtol, tol, made=methods._list_default_stages: made(rtol, tol)[:2],
+        ),
     ),
     "feasible form": ((methods, "run_feasible_abf", lambda *_, **__: None),),
     "linear ABF after converged ABF": ((methods, "fall_back_to_linear", lambda *_, **__: None),),
@@ -75,7 +79,7 @@ MECHANISMS: dict[str, tuple[Patch, ...]] = {
             "select_best",
             lambda made: next((m, m.layout) for m in reversed(made) if m.layout is not None),
         )
-        for module in (attempts, stages, injective)
+        for module in (attempts, injective)
     ),
 }
 MECHANISMS = {name: tuple(patches) for name, patches in MECHANISMS.items()}

@@ -179,7 +179,7 @@ def time_peers(V: np.ndarray, F: np.ndarray, bff: Bff | None, cpu: bool) -> dict
     times: dict[str, float] = {}
     programs: dict[tuple[str, ...], Callable[[], tuple[float, ...]]] = {
         (name,): partial(time_program, name, V, F)
-        for name in ([] if cpu else other_programs.installed_programs())
+        for name in ([] if cpu else other_programs.list_installed_programs())
     }
     if find_spec("mouette") and not cpu:
         programs["mouette BFF",] = lambda: (time_mouette(V, F),)

@@ -24,7 +24,7 @@ from obtuse import F as OBTUSE_F
 from obtuse import obtuse
 
 from igl_linabf import LinABF, OutcomeWarning, abf, cut, find_seams, flatten, linabf, quality
-from igl_linabf.flattening import make_lscm_call, median_times
+from igl_linabf.flattening import make_lscm_call, measure_median_times
 from igl_linabf.flattening import other_programs as peers
 from igl_linabf.measures import measure_change
 from igl_linabf.surface import Submesh, planar_mesh
@@ -144,13 +144,13 @@ def measure_mesh(mesh: Mesh, repeat: int) -> Row:
     """Return the times and the distortion of ABF, of one step of linear ABF, and of its default."""
     name, V, F = mesh
     calls = [make_lscm_call(planar_mesh(V, F)), partial(abf, V, F), partial(linabf, V, F, iterations=1)]
-    median_times(calls, 1)  # warm-up: not timed
+    measure_median_times(calls, 1)  # warm-up: not timed
     maps = [abf(V, F), linabf(V, F, iterations=1), linabf(V, F)]
     exact, one_step, default = (measure(V, F, uv) for uv in maps)
     return Row(
         name,
         len(F),
-        tuple(median_times(calls, repeat, process_time)),
+        tuple(measure_median_times(calls, repeat, process_time)),
         exact,
         one_step,
         default,
@@ -250,7 +250,7 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=5)
     options = parser.parse_args()
     warnings.simplefilter("ignore", OutcomeWarning)
-    programs = [name for name in peers.installed_programs() if name.endswith("ABF")]
+    programs = [name for name in peers.list_installed_programs() if name.endswith("ABF")]
     found = list(meshes())
     rows = [measure_mesh(mesh, options.repeat) for mesh in found]
     print(f"{' '.join(summarise(rows))}\n")

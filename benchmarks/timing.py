@@ -17,7 +17,7 @@ from pathlib import Path
 from meshes import Mesh, brain, load_shared_meshes, subdivide
 
 from igl_linabf import LinABF, flatten, linabf
-from igl_linabf.flattening import make_lscm_call, median_times
+from igl_linabf.flattening import make_lscm_call, measure_median_times
 from igl_linabf.io import read_mesh
 from igl_linabf.linalg import find_cholmod_blas
 from igl_linabf.surface import planar_mesh
@@ -59,8 +59,8 @@ def main() -> None:
     for name, V, F in choose_meshes(options):
         bare = make_lscm_call(planar_mesh(V, F))
         calls = [partial(linabf, V, F, solver=options.solver), bare]
-        median_times(calls, 1)  # warm-up: not timed
-        ours, theirs = median_times(calls, options.repeat)
+        measure_median_times(calls, 1)  # warm-up: not timed
+        ours, theirs = measure_median_times(calls, options.repeat)
         results = [flatten(V, F, method=LinABF(solver=options.solver)).seconds for _ in range(3)]
         share = {s: statistics.median(r[s] / r["total"] for r in results) for s in STAGES}
         share["other"] = 1 - sum(share.values())

@@ -14,7 +14,7 @@ from functools import partial
 from meshes import crown, load_shared_meshes
 
 from igl_linabf import LinABF, OutcomeWarning, abf, flatten, linabf, quality
-from igl_linabf.flattening import make_lscm_call, median_times
+from igl_linabf.flattening import make_lscm_call, measure_median_times
 from igl_linabf.surface import planar_mesh
 
 
@@ -37,8 +37,8 @@ def main() -> None:
             partial(abf, V, F),
         ]
         calls = [make_lscm_call(planar_mesh(V, F)), *runs]
-        median_times(calls, 1)  # warm-up: not timed
-        lscm, *times = median_times(calls, options.repeat)
+        measure_median_times(calls, 1)  # warm-up: not timed
+        lscm, *times = measure_median_times(calls, options.repeat)
         results = [flatten(V, F, method="lscm")]
         results += [flatten(V, F, method=LinABF(iterations=iterations)) for iterations in (1, "auto", 12)]
         results += [flatten(V, F, method="abf")]

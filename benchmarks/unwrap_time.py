@@ -29,7 +29,7 @@ from meshes import load_shared_meshes, stanford
 from peers import unwrap_with_xatlas
 
 from igl_linabf import clean, flatten, flatten_many, unwrap
-from igl_linabf.flattening import median_times
+from igl_linabf.flattening import measure_median_times
 from igl_linabf.io import read_mesh
 from igl_linabf.surface import drop_unused_vertices
 
@@ -124,19 +124,19 @@ def measure(name: str) -> dict[str, float]:
     V, F = read_clean_mesh(name) if Path(name).is_file() else models()[name]()
     repeats = 3 if len(F) < REPEAT_BELOW else 1
     atlas = unwrap(V, F, progress=False)  # warm-up, which includes lazy imports
-    (own,) = median_times([partial(unwrap, V, F, progress=False)], repeats, process_time)
+    (own,) = measure_median_times([partial(unwrap, V, F, progress=False)], repeats, process_time)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     charts = []
     for chart in atlas.charts:
         vertices, packed = drop_unused_vertices(atlas.FTC[chart.faces], len(atlas.TC))
         charts.append((V[atlas.origin[vertices]], packed))
     calls = [lambda: [flatten(*chart, progress=False) for chart in charts], partial(flatten_many, charts)]
-    median_times(calls, 1)  # warm-up: not timed
-    one_by_one, together = median_times(calls, repeats, process_time)
+    measure_median_times(calls, 1)  # warm-up: not timed
+    one_by_one, together = measure_median_times(calls, repeats, process_time)
     row = {"triangles": len(F), "charts": len(charts), "s": own, "MB": memory / 1024}
     row |= {"flatten": one_by_one, "many": together}
     if find_spec("xatlas") and len(F) < XATLAS_BELOW:
-        (row["xatlas"],) = median_times([partial(unwrap_with_xatlas, V, F)], repeats, process_time)
+        (row["xatlas"],) = measure_median_times([partial(unwrap_with_xatlas, V, F)], repeats, process_time)
     return row
 
 

@@ -14,7 +14,7 @@ import trimesh
 
 import igl_linabf
 from igl_linabf import MeshError, MeshWarning
-from igl_linabf._notebook import html_table
+from igl_linabf._notebook import format_html_table
 from igl_linabf.cli import main
 from igl_linabf.errors import first_few, is_number, stack_level
 
@@ -58,7 +58,7 @@ def test_control_characters_of_names_are_printed_as_codes(capsys) -> None:
     for error in (MeshError(name), MeshWarning(name)):
         assert str(error) == "a\\x1b]0;pwned\\x07\\n\\u202e.obj"
         assert str(pickle.loads(pickle.dumps(error))) == str(error)
-    assert "\x1b" not in html_table([[name], ["<b>" + name]])
+    assert "\x1b" not in format_html_table([[name], ["<b>" + name]])
     for command in (["check", name], ["unwrap", name, "-o", "out.obj"], ["flatten", "--" + name]):
         try:
             assert main(command) == 2

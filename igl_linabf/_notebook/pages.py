@@ -16,7 +16,7 @@ MAX_DRAWN_CHARTS = MAX_DRAWN_TRIANGLES // 4  # in SVG, an outline takes about as
 COLOURS = ("#4c78a8", "#f58518", "#54a24b", "#b279a2", "#e45756", "#72b7b2", "#9d755d", "#bab0ac")
 
 
-def html_table(rows: Sequence[Sequence[str]], header: bool = True) -> str:
+def format_html_table(rows: Sequence[Sequence[str]], header: bool = True) -> str:
     """Format rows as an HTML table; with `header`, the first row is the header of right-aligned columns."""
     lines = []
     for i, row in enumerate(rows):
@@ -30,7 +30,7 @@ def html_table(rows: Sequence[Sequence[str]], header: bool = True) -> str:
     return f"<table>{''.join(lines)}</table>"
 
 
-def html_row(parts: Iterable[tuple[str, str]]) -> str:
+def arrange_html_row(parts: Iterable[tuple[str, str]]) -> str:
     """Arrange blocks of HTML, given as (title, content), side by side with their titles above them."""
     blocks = []
     for title, content in parts:
@@ -39,7 +39,7 @@ def html_row(parts: Iterable[tuple[str, str]]) -> str:
     return f'<div style="display: flex; flex-wrap: wrap; align-items: flex-start">{"".join(blocks)}</div>'
 
 
-def map_svg(uv: FloatArray, F: IntArray, piece: IntArray | None = None) -> str:
+def draw_map_as_svg(uv: FloatArray, F: IntArray, piece: IntArray | None = None) -> str:
     """Draw the outlines of a map, and its triangles if there are at most `MAX_DRAWN_TRIANGLES`.
 
     Parameters
@@ -61,12 +61,12 @@ def map_svg(uv: FloatArray, F: IntArray, piece: IntArray | None = None) -> str:
     width, height = (high - low) * scale + 4
     at = np.column_stack((uv[:, 0] - low[0], high[1] - uv[:, 1])) * scale + 2  # SVG's y axis points down
     drawn = [
-        f'<path d="{_closed_path(at, loops)}" fill="{COLOURS[i % len(COLOURS)]}" fill-opacity="0.35" '
+        f'<path d="{_format_closed_path(at, loops)}" fill="{COLOURS[i % len(COLOURS)]}" fill-opacity="0.35" '
         f'fill-rule="evenodd" stroke="#333" stroke-width="0.8"/>'
-        for i, loops in _chart_loops(F, piece)
+        for i, loops in _find_chart_loops(F, piece)
     ]
     if len(F) <= MAX_DRAWN_TRIANGLES:
-        triangles = _closed_path(at, F.tolist())
+        triangles = _format_closed_path(at, F.tolist())
         drawn.append(f'<path d="{triangles}" fill="none" stroke="#333" stroke-width="0.25"/>')
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
@@ -74,7 +74,7 @@ def map_svg(uv: FloatArray, F: IntArray, piece: IntArray | None = None) -> str:
     )
 
 
-def _chart_loops(F: IntArray, piece: IntArray) -> list[tuple[int, list[list[int]]]]:
+def _find_chart_loops(F: IntArray, piece: IntArray) -> list[tuple[int, list[list[int]]]]:
     """Return the boundary loops of each chart, up to `MAX_DRAWN_CHARTS` charts with the most faces."""
     tail, head, of = F[:, NEXT].ravel(), F[:, PREV].ravel(), np.repeat(piece, 3)
     n = int(F.max()) + 1
@@ -90,7 +90,7 @@ def _chart_loops(F: IntArray, piece: IntArray) -> list[tuple[int, list[list[int]
     return [(int(i), loops[i]) for i in sorted(largest.tolist()) if i in loops]
 
 
-def _closed_path(at: FloatArray, loops: list[list[int]]) -> str:
+def _format_closed_path(at: FloatArray, loops: list[list[int]]) -> str:
     """Format closed polygons as an SVG path, in tenths of pixels."""
     text = []
     for loop in loops:

@@ -31,14 +31,14 @@ def run_in_child_process(module: str, name: str, arrays: Arrays, timeout: float 
         seconds.
     """
     started: list[Popen[bytes]] = []
-    with undo_at_interrupt(partial(_kill, started)):
+    with undo_at_interrupt(partial(_kill_processes, started)):
         try:
             with _delay_interrupts():
                 started.append(
                     Popen([sys.executable, "-m", module, name], stdin=PIPE, stdout=PIPE, stderr=PIPE)
                 )
             (process,) = started
-            made, said = process.communicate(_pack(arrays), timeout)
+            made, said = process.communicate(_pack_arrays(arrays), timeout)
         except BaseException as error:
             for process in started:
                 process.kill()
@@ -52,7 +52,7 @@ def run_in_child_process(module: str, name: str, arrays: Arrays, timeout: float 
     if process.returncode != 0 or not made:
         last = (said.decode(errors="replace").strip() or f"exit code {process.returncode}").splitlines()[-1]
         raise RuntimeError(f"{name} failed: {last}")
-    return _unpack(made)
+    return _unpack_arrays(made)
 
 
 def run_as_child_process(functions: dict[str, Callable[[Arrays], Arrays]]) -> None:
@@ -60,21 +60,21 @@ def run_as_child_process(functions: dict[str, Callable[[Arrays], Arrays]]) -> No
     (name,) = sys.argv[1:]
     with os.fdopen(os.dup(1), "wb") as out:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # libraries must not print into the result
-        out.write(_pack(functions[name](_unpack(sys.stdin.buffer.read()))))
+        out.write(_pack_arrays(functions[name](_unpack_arrays(sys.stdin.buffer.read()))))
 
 
-def _pack(arrays: Arrays) -> bytes:
+def _pack_arrays(arrays: Arrays) -> bytes:
     file = io.BytesIO()
     np.savez(file, **arrays)
     return file.getvalue()
 
 
-def _unpack(data: bytes) -> Arrays:
+def _unpack_arrays(data: bytes) -> Arrays:
     with np.load(io.BytesIO(data)) as arrays:
         return dict(arrays)
 
 
-def _kill(started: list[Popen[bytes]]) -> None:
+def _kill_processes(started: list[Popen[bytes]]) -> None:
     """Kill the processes without `Popen.wait`, because the interrupted thread may hold its lock."""
     for process in started:
         process.kill()

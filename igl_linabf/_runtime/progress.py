@@ -80,12 +80,12 @@ class _Bar:
             self._bar.stop()
         self._ended = True
 
-    def wipe(self) -> None:
+    def erase(self) -> None:
         if self._bar is not None and not self._ended:
-            wipe()
+            erase_progress_bar()
 
 
-def wipe() -> None:
+def erase_progress_bar() -> None:
     """Clear the line of the progress bar and show the cursor, without taking a lock of `rich`."""
     os.write(sys.stderr.fileno(), b"\r\x1b[2K\x1b[?25h")
 
@@ -111,7 +111,7 @@ def show_progress(progress: Progress) -> Iterator[None]:
     bar = _Bar() if progress is None and has_terminal() else None
     token = _current.set(_Report(bar or progress or None))
     try:
-        with nullcontext() if bar is None else undo_at_interrupt(bar.wipe):
+        with nullcontext() if bar is None else undo_at_interrupt(bar.erase):
             yield
             advance("done", 1.0)
     finally:
@@ -189,6 +189,6 @@ def count_steps(stage: str, total: int, progress: Progress) -> Iterator[Callable
         rich.TimeRemainingColumn(),
     )
     bar = rich.Progress(*columns, console=Console(stderr=True), transient=True, speed_estimate_period=60)
-    with bar, undo_at_interrupt(wipe):
+    with bar, undo_at_interrupt(erase_progress_bar):
         task = bar.add_task(stage, total=total)
         yield lambda: bar.advance(task)

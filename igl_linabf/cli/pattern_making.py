@@ -96,7 +96,7 @@ def draw_pattern(
     """
     mesh = job.read()
     unit, given_by = _find_units(units, mesh)
-    options = PatternOptions.of(
+    options = PatternOptions.from_arguments(
         unit, crease, grain or parse_axis("z"), up, tabs, allowance, compensation or (1.0, 1.0)
     )
     with warnings.catch_warnings(), progress_part("unwrapping", PROGRESS["computing"]):

@@ -77,7 +77,7 @@ class FlatHemisphere:
     def left_out(self) -> str:
         """The numbers of vertices that are not in the map, by reason."""
         enclosed = sum(map(len, self.patch.pieces)) + len(self.patch.pinched) + len(self.patch.bare)
-        cut = int((~self.cuts.stays & ~self.cuts.wall).sum())
+        cut = int((~self.cuts.is_kept & ~self.cuts.wall).sum())
         return (
             f"{int(self.cuts.wall.sum()):,} vertices of the medial wall, {cut:,} of "
             f"{len(self.cuts.paths)} cuts, {enclosed:,} between them, {len(self.tangled):,} where the border "
@@ -282,7 +282,7 @@ def _load_template(
 
 def _flatten_patch(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisphere:
     """Flatten a hemisphere without its cuts and its medial wall, and measure the map."""
-    patch = find_patch_faces(given.F, cuts.stays)
+    patch = find_patch_faces(given.F, cuts.is_kept)
     enclosed = [piece for piece in patch.pieces if len(piece) > MAX_OMITTED_SHARE * len(given.V)]
     if enclosed:
         warnings.warn(

@@ -53,7 +53,7 @@ def find_cuts(given: Hemisphere, wall: BoolArray, max_distance_error: float) -> 
 
 def _measure_error(given: Hemisphere, cuts: Cuts) -> float:
     """Return the error of distances of the isometric map, or infinity if the cuts separate large pieces."""
-    patch = find_patch_faces(given.F, cuts.stays)
+    patch = find_patch_faces(given.F, cuts.is_kept)
     if sum(map(len, patch.pieces)) > MAX_OMITTED_SHARE * len(given.V):
         return np.inf
     surface = Submesh.from_input(given.V, given.F[patch.rows])

@@ -88,4 +88,4 @@ def _sample_map(flat: FlatHemisphere, values: FloatArray) -> tuple[IntArray, Flo
     scale = 0.86 * PANEL_PIXELS / (high - low).max()
     triangles = (uv - (low + high) / 2) * scale + PANEL_PIXELS * np.array([0.5, 0.47])
     texels = find_covered_texels(triangles, (PANEL_PIXELS, PANEL_PIXELS))
-    return texels.index, texels.values(values[flat.F])
+    return texels.index, texels.interpolate(values[flat.F])

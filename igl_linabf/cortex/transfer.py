@@ -33,7 +33,7 @@ class Cuts:
     paths: tuple[IntArray, ...]
 
     @property
-    def stays(self) -> BoolArray:
+    def is_kept(self) -> BoolArray:
         """Mask of the vertices that are neither in the wall nor on a cut, (#V,)."""
         stays = ~self.wall
         for path in self.paths:

@@ -7,7 +7,7 @@ comparison.
 
 from .baselines import find_far_pins, make_lscm_call
 from .boundary_shapes import BoundaryName
-from .comparison import Comparison, Entry, compare, median_times
+from .comparison import Comparison, Entry, compare, measure_median_times
 from .flattener import Flattener
 from .functions import Fit, abf, flatten, isometric, linabf, linabf_angles, lscm
 from .many_meshes import flatten_batch, flatten_many

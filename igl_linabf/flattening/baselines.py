@@ -49,8 +49,8 @@ def flatten_by_lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
     try:
         uv, _ = igl.lscm(mesh.V, mesh.faces, b, bc)
     except RuntimeError:
-        raise _no_map_error(mesh, "igl.lscm") from None
-    return _result_of_map("lscm", mesh, complex_positions(uv), "igl.lscm", start, pinned)
+        raise _make_no_map_error(mesh, "igl.lscm") from None
+    return _make_result_of_map("lscm", mesh, complex_positions(uv), "igl.lscm", start, pinned)
 
 
 def flatten_by_scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
@@ -65,7 +65,7 @@ def flatten_by_scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
         scale = 2.0 ** np.round(np.log2(SCP_SIZE / np.sqrt(area)))
         z = complex_positions(igl.spectra.lscm(scale * mesh.V, mesh.faces))
     except RuntimeError:
-        raise _no_map_error(mesh, "igl.spectra.lscm") from None
+        raise _make_no_map_error(mesh, "igl.spectra.lscm") from None
     # restore the orientation, which is arbitrary, like the sign and the order of the coordinates
     backwards = len(flipped_faces(z, mesh.topology.corner)) > mesh.topology.corner.shape[1] / 2
     z = z.conj() if backwards else z
@@ -73,7 +73,7 @@ def flatten_by_scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
     z = z * np.sqrt(area / covered) if covered > 0 else z
     if pinned is not None:
         z = move_to_pins(z, pinned)
-    return _result_of_map("scp", mesh, z, "igl.spectra.lscm", start, pinned)
+    return _make_result_of_map("scp", mesh, z, "igl.spectra.lscm", start, pinned)
 
 
 def flatten_by_dncp(mesh: Mesh, pinned: Pins | None, solver: SolverName) -> Flattening:
@@ -88,8 +88,8 @@ def flatten_by_dncp(mesh: Mesh, pinned: Pins | None, solver: SolverName) -> Flat
     try:
         z, name = least_squares(mesh.topology, cot, b, complex_positions(bc), Solvers(solver))
     except NotPositiveDefiniteError:
-        raise _no_map_error(mesh, "DNCP") from None
-    return _result_of_map("dncp", mesh, z, name, start, pinned)
+        raise _make_no_map_error(mesh, "DNCP") from None
+    return _make_result_of_map("dncp", mesh, z, name, start, pinned)
 
 
 def take_newton_step(problem: Problem, earlier: StageResults) -> StageResult:
@@ -101,7 +101,7 @@ def take_newton_step(problem: Problem, earlier: StageResults) -> StageResult:
     cot(gamma) e_gamma = prod(gamma) - prod(beta), is divided by the geometric mean of the products, which
     does not change the solution.
     """
-    state, constraints = problem.start, problem.angles.constraints
+    state, constraints = problem.initial_state, problem.angles.constraints
     alpha, b = state.at.alpha, state.at.residual
     if constraints.n_rows:
         cot = 1 / np.tan(alpha)
@@ -112,7 +112,7 @@ def take_newton_step(problem: Problem, earlier: StageResults) -> StageResult:
         try:
             errors = least_norm(A, alpha, problem.angles.solvers)
         except NotPositiveDefiniteError:
-            raise _no_map_error(problem.mesh, "the Newton step of ABF++") from None
+            raise _make_no_map_error(problem.mesh, "the Newton step of ABF++") from None
         e = errors(np.concatenate((b.vertex, 1 / half - half, b.triangle)))
         at = problem.angles.evaluate(alpha + e.reshape(-1, 3).T)
         state = replace(state, at=at, steps=(Step("step", 0, 0, at.residual.max_magnitude),))
@@ -132,13 +132,13 @@ def make_lscm_call(mesh: Mesh) -> Callable[[], object]:
     return lambda: igl.lscm(mesh.V, faces, b, bc)
 
 
-def _result_of_map(
+def _make_result_of_map(
     method: str, mesh: Mesh, z: ComplexArray, solver: str, start: float, pinned: Pins | None
 ) -> Flattening:
     """Return the result of a method without target angles, with the angles of its map as target angles."""
     topology, constraints = mesh.topology, build_constraints(mesh.topology)
     if not np.isfinite(z).all():
-        raise _no_map_error(mesh, solver)
+        raise _make_no_map_error(mesh, solver)
     if pinned is None:
         z = normalize_placement(topology, z, mesh.area)
     seconds = {"layout": perf_counter() - start}
@@ -155,15 +155,15 @@ def _result_of_map(
         if len(flipped)
         else "no triangle is flipped",
         flipped=flipped,
-        before=Residuals.of(residual(constraints, corner_angles(mesh))),
-        after=Residuals.of(b),
-        holes=Hole.all_of(mesh, b),
+        before=Residuals.from_residual(residual(constraints, corner_angles(mesh))),
+        after=Residuals.from_residual(b),
+        holes=Hole.list_all(mesh, b),
         seconds=seconds,
         report=FlatteningReport(layout="least-squares", layout_solver=solver),
     )
 
 
-def _no_map_error(mesh: Mesh, solver: str) -> SingularSystemError:
+def _make_no_map_error(mesh: Mesh, solver: str) -> SingularSystemError:
     """Return the error of a method that found no map, with the thinnest triangles."""
     alpha = corner_angles(mesh)
     thin = np.argsort(alpha.min(axis=0), kind="stable")[:5]

@@ -31,7 +31,7 @@ from ..surface import (
     real_coordinates,
     signed_double_areas,
 )
-from .fallbacks import STEP_AND_CHORD_RTOL, describe_newton
+from .fallbacks import STEP_AND_CHORD_RTOL, describe_newton_steps
 from .methods import Isometric, LinABF
 from .result import Attempt, Findings, Flattening, Residuals, Status, determine_outcome, report_overlaps
 
@@ -66,7 +66,7 @@ class LinearBatch:
     solver: str
 
 
-def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
+def flatten_linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
     """Flatten disks with a single linear system, by a linear step and a chord.
 
     Raises
@@ -117,7 +117,7 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
 Arrays = tuple[FloatArray, IntArray]
 
 
-def isometric_maps(
+def iterate_isometric_maps(
     meshes: Sequence[Arrays], results: Sequence[Flattening], method: Isometric
 ) -> Iterator[tuple[int, Flattening]]:
     """Yield the index and the isometric map of each disk whose map is final after the common Newton steps."""
@@ -143,7 +143,7 @@ def isometric_maps(
     for k in np.flatnonzero(good).tolist():
         linear = results[found[k]]
         first = linear.report.attempts[-1].name
-        how = describe_newton(int(steps[k]), f"the map of the {first}", float(energy[k]))
+        how = describe_newton_steps(int(steps[k]), f"the map of the {first}", float(energy[k]))
         residuals = Residuals(*after[k].tolist())
         outcome, message = determine_outcome(
             Findings("isometric", how, float(ratio[k]), linear.flipped, residuals.largest)

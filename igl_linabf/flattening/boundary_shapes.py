@@ -66,27 +66,27 @@ def resolve_shape(mesh: Mesh, boundary: BoundaryName | ArrayLike, corners: Array
     if name in ("circle", "circles"):
         circles = tuple(range(1 if name == "circle" else len(topology.loops)))
         for i in circles:
-            length = np.log(_lengths(mesh, i))
+            length = np.log(_measure_edge_lengths(mesh, i))
             sums[topology.loops[i]] = compute_inscribed_sums(length - np.roll(length, 1), i > 0)
         shape = Shape(name, sums, circles)
     elif name == "rectangle":
-        at = _four_corners(mesh) if corners is None else _given_corners(mesh, corners)
+        at = _find_corners(mesh) if corners is None else _parse_corners(mesh, corners)
         sums[rim] = np.pi
         sums[at] = np.pi / 2
         shape = Shape(name, sums, (), at)
     else:
-        shape = Shape(name, _given_angles(mesh, boundary))
+        shape = Shape(name, _parse_angles(mesh, boundary))
     _check_shape(mesh, shape)
     return shape
 
 
-def _lengths(mesh: Mesh, i: int) -> FloatArray:
+def _measure_edge_lengths(mesh: Mesh, i: int) -> FloatArray:
     """Return the lengths of the edges that start at the vertices of boundary loop i."""
     at = mesh.V[mesh.topology.loops[i]]
     return np.asarray(np.linalg.norm(np.roll(at, -1, axis=0) - at, axis=1))
 
 
-def _given_angles(mesh: Mesh, boundary: ArrayLike) -> FloatArray:
+def _parse_angles(mesh: Mesh, boundary: ArrayLike) -> FloatArray:
     try:
         angles = np.asarray(boundary, dtype=np.float64)
     except (TypeError, ValueError):
@@ -106,7 +106,7 @@ def _given_angles(mesh: Mesh, boundary: ArrayLike) -> FloatArray:
     return angles
 
 
-def _given_corners(mesh: Mesh, corners: ArrayLike) -> IntArray:
+def _parse_corners(mesh: Mesh, corners: ArrayLike) -> IntArray:
     """Return the four given vertices in the order of the outer loop, from the first given vertex on."""
     at = convert_vertex_indices(corners, mesh.vertices, mesh.n_given, "corners")
     rim = mesh.topology.loops[0]
@@ -123,12 +123,12 @@ def _given_corners(mesh: Mesh, corners: ArrayLike) -> IntArray:
     return np.asarray(rim[(np.sort((place[at] - place[at[0]]) % len(rim)) + place[at[0]]) % len(rim)])
 
 
-def _four_corners(mesh: Mesh) -> IntArray:
+def _find_corners(mesh: Mesh) -> IntArray:
     """Return the four vertices of the outer loop with the largest turning.
 
     The first side is one of the two opposite sides that are longer in total.
     """
-    rim, length = mesh.topology.loops[0], _lengths(mesh, 0)
+    rim, length = mesh.topology.loops[0], _measure_edge_lengths(mesh, 0)
     if len(rim) < 4:
         raise MeshError(f"the boundary has {len(rim)} vertices, and a rectangle has four corners: refine it")
     angle = np.arctan2(mesh.double_area, mesh.dot)
@@ -177,7 +177,7 @@ def _check_shape(mesh: Mesh, shape: Shape) -> None:
             + (": they are ears, with one face" if (faces[bad] == 1).all() else "")
             + f"; make them corners, or split the edges opposite to them: {SPLIT_CHORDS_HINT}"
         )
-    parts = list(_chords_without_area(topology, sums))
+    parts = list(_find_chords_without_area(topology, sums))
     if parts:
         where = [vertices[[a, b]].tolist() for a, b in parts]
         raise MeshError(
@@ -215,7 +215,7 @@ def _check_gauss_bonnet(mesh: Mesh, shape: Shape, faces: IntArray) -> None:
             )
 
 
-def _chords_without_area(topology: Topology, sums: FloatArray) -> Iterator[tuple[int, int]]:
+def _find_chords_without_area(topology: Topology, sums: FloatArray) -> Iterator[tuple[int, int]]:
     """Yield the chords of the outer loop that cut off a part with a nonpositive angle at the chord."""
     rim = topology.loops[0]
     place = np.full(topology.n, -1)

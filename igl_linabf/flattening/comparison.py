@@ -12,7 +12,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from .._notebook import html_row, html_table, map_svg
+from .._notebook import arrange_html_row, draw_map_as_svg, format_html_table
 from .._runtime import advance, align_columns, progress_part
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, format_count, is_number, stack_level, takes_vertices_and_faces
@@ -76,13 +76,13 @@ class Comparison:
         return f"<Comparison on {format_count(len(self.F), 'triangle')}: {', '.join(self.entries)}>"
 
     def __str__(self) -> str:
-        return align_columns(self._rows())
+        return align_columns(self._make_table_rows())
 
     def _repr_html_(self) -> str:
-        maps = [(label, map_svg(uv, self.F)) for label, uv in self.maps.items()]
-        return html_table(self._rows()) + html_row(maps)
+        maps = [(label, draw_map_as_svg(uv, self.F)) for label, uv in self.maps.items()]
+        return format_html_table(self._make_table_rows()) + arrange_html_row(maps)
 
-    def _rows(self) -> list[tuple[str, ...]]:
+    def _make_table_rows(self) -> list[tuple[str, ...]]:
         rows: list[tuple[str, ...]] = [
             ("", "F/3nt", "L2 stretch", "flips", "overlaps", "seconds", "/ igl.lscm", "iterations", "outcome")
         ]
@@ -170,7 +170,7 @@ def compare(
             for method, given in zip(chosen, options, strict=True)
         ]
         calls[0]()
-        base, *seconds = median_times(calls, repeat)
+        base, *seconds = measure_median_times(calls, repeat)
     entries = {}
     for method, result, taken in zip(chosen, first, seconds, strict=True):
         taken = base if method.name == "lscm" else taken
@@ -178,7 +178,7 @@ def compare(
         iterations = result.report.iterations if result.report.steps else None
         label = method.label if method.label not in entries else str(method)
         entries[label] = Entry(result.uv, measured, taken, taken / base, iterations, result)
-    for name in other_programs.installed_programs() if others else ():
+    for name in other_programs.list_installed_programs() if others else ():
         try:
             uv, taken = other_programs.run_program(name, mesh.V, mesh.faces)
         except RuntimeError as error:
@@ -189,7 +189,7 @@ def compare(
     return Comparison(entries, first[0].F)
 
 
-def median_times(
+def measure_median_times(
     calls: Sequence[Callable[[], object]], repeat: int, clock: Callable[[], float] = perf_counter
 ) -> list[float]:
     """Return the median time of each call in seconds. The calls run in turn, `repeat` times each."""

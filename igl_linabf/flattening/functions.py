@@ -590,7 +590,7 @@ def _check_not_mirrored(mesh: Mesh, pinned: Pins) -> None:
         )
 
 
-def least_stretch(area: FloatArray, flat: FloatArray, faces: Ragged) -> FloatArray:
+def compute_least_stretch(area: FloatArray, flat: FloatArray, faces: Ragged) -> FloatArray:
     """Return the L2 stretch that each map would have if no angle changed.
 
     This stretch depends only on the areas of the triangles, on the surface and in the map.
@@ -603,7 +603,7 @@ def _warn_if_stretched(mesh: Mesh, uv: FloatArray) -> None:
     """Warn if a valid map is useless because most of the surface shrinks to a point."""
     corner, area = mesh.topology.corner, mesh.double_area
     flat = signed_double_areas(complex_positions(scale_to_unit_size(uv)), corner)
-    if not least_stretch(area, flat, Ragged.from_sizes([len(area)])) > MOST_STRETCH:
+    if not compute_least_stretch(area, flat, Ragged.from_sizes([len(area)])) > MOST_STRETCH:
         return
     n = len(mesh.V)
     surface = Submesh(mesh.V, corner.T, np.arange(corner.shape[1]), np.arange(n), n)

@@ -26,10 +26,10 @@ from ..surface import (
     signed_double_areas,
     vertex_array,
 )
-from .batches import LinearBatch, isometric_maps, linear_batch
+from .batches import LinearBatch, flatten_linear_batch, iterate_isometric_maps
 from .boundary_shapes import BoundaryName
 from .constants import MOST_STRETCH
-from .functions import flatten, least_stretch
+from .functions import compute_least_stretch, flatten
 from .methods import STAGES, Isometric, LinABF, Method, resolve_method
 from .result import (
     NO_INDICES,
@@ -166,7 +166,7 @@ def _warn_of_stretch(meshes: Sequence[Arrays | None], maps: Sequence[Flattening 
     corner = np.ascontiguousarray(np.concatenate(F).T) + faces.repeat(vertices.start[:-1])
     area, _, _ = side_products(np.concatenate(V), corner)
     flat = signed_double_areas(complex_positions(np.concatenate(uv)), corner)
-    stretched = np.array(index)[least_stretch(area, flat, faces) > MOST_STRETCH]
+    stretched = np.array(index)[compute_least_stretch(area, flat, faces) > MOST_STRETCH]
     if len(stretched):
         warnings.warn(
             f"the maps of meshes {first_few(stretched)} have an L2 stretch of more than {MOST_STRETCH:g} (1 "
@@ -206,7 +206,7 @@ def flatten_batch(meshes: Sequence[Arrays], method: Method) -> list[Flattening |
         for group in _group_small_meshes(meshes):
             found = [(i, result) for i in group if (result := linear[i]) is not None]
             chosen = [meshes[i] for i, _ in found]
-            for k, result in isometric_maps(chosen, [result for _, result in found], method):
+            for k, result in iterate_isometric_maps(chosen, [result for _, result in found], method):
                 made[found[k][0]] = result
         return made
     plain = isinstance(method, LinABF) and method.iterations == "auto" and method.safeguard
@@ -249,16 +249,16 @@ def _flatten_group(
     try:
         with stopwatch("check", *STAGES) as seconds:
             seconds["check"] = perf_counter() - start
-            batch = linear_batch(disks, method)
+            batch = flatten_linear_batch(disks, method)
     except (NotPositiveDefiniteError, SingularSystemError):
         halves = np.array_split(found, 2)  # divide the group until the singular disk is alone
         parts = [_flatten_group(meshes, [group[i] for i in half], method) for half in halves]
         return parts[0] + parts[1]
     seconds["total"] = perf_counter() - start
-    return _results_of_batch(batch, [group[i] for i in found.tolist()], method, seconds)
+    return _collect_batch_results(batch, [group[i] for i in found.tolist()], method, seconds)
 
 
-def _results_of_batch(
+def _collect_batch_results(
     batch: LinearBatch, places: list[int], method: LinABF, seconds: dict[str, float]
 ) -> list[tuple[int, Flattening]]:
     """Return the indices and results of a batch. Times are divided in proportion to the triangles."""

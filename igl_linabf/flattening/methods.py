@@ -24,14 +24,14 @@ from .fallbacks import (
     build_result,
     continue_active_set,
     fall_back_to_linear,
-    initial_problem,
-    injective_map,
-    isometric_map,
     iterate_active_set,
+    make_injective_map,
+    make_isometric_map,
     reach_prescribed_sums,
     run_anchored_abf,
     run_feasible_abf,
     run_stages,
+    set_up_problem,
     solve_one_system,
 )
 from .result import Flattening, Guarantee
@@ -118,7 +118,7 @@ class LinABF(Method):
         if self.iterations != "auto":
             stages = [partial(iterate_active_set, rtol=rtol, tol=self.tol, max_steps=self.iterations)]
         elif shape.sums is None:
-            stages = _default_stages(self.rtol, self.tol)
+            stages = _list_default_stages(self.rtol, self.tol)
         else:
             stages = [
                 partial(reach_prescribed_sums, rtol=rtol, tol=self.tol),
@@ -231,9 +231,9 @@ class Isometric(Method):
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         with stopwatch(*STAGES) as seconds:
-            problem = initial_problem(mesh, ProblemOptions(solver=self.solver))
-            results = run_stages(problem, [*_default_stages(None, TOL), injective_map])
-            made = isometric_map(problem, results, self.weight, self.tol, pinned)
+            problem = set_up_problem(mesh, ProblemOptions(solver=self.solver))
+            results = run_stages(problem, [*_list_default_stages(None, TOL), make_injective_map])
+            made = make_isometric_map(problem, results, self.weight, self.tol, pinned)
             if made is not None:
                 # with pins, list only this stage, because earlier stages ignore the pins
                 results = (made,) if pinned is not None else (*results, made)
@@ -263,7 +263,7 @@ class OneStepABFpp(Method):
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         with stopwatch(*STAGES) as seconds:
             options = ProblemOptions(self.layout, self.threshold, self.solver, safeguard=False)
-            problem = initial_problem(mesh, options, pinned)
+            problem = set_up_problem(mesh, options, pinned)
             return build_result(
                 problem, self.name, run_stages(problem, [baselines.take_newton_step]), seconds
             )
@@ -361,14 +361,14 @@ def _run_with_stages(
 ) -> Flattening:
     """Run the stages of a method on its initial problem."""
     if method.guarantee:
-        stages = [*stages, injective_map]
+        stages = [*stages, make_injective_map]
     with stopwatch(*STAGES) as seconds:
         options = ProblemOptions(method.layout, method.threshold, method.solver, safeguard)
-        problem = initial_problem(mesh, options, pinned, shape)
+        problem = set_up_problem(mesh, options, pinned, shape)
         return build_result(problem, method.name, run_stages(problem, stages), seconds)
 
 
-def _default_stages(rtol: float | None, tol: float) -> list[Stage]:
+def _list_default_stages(rtol: float | None, tol: float) -> list[Stage]:
     """Return the default stages of linear ABF, in the order of increasing cost."""
     return [
         partial(solve_one_system, rtol=rtol, tol=tol),

@@ -59,7 +59,7 @@ PEERS: dict[str, tuple[str, Callable[[Arrays], Arrays]]] = {
 }
 
 
-def installed_programs() -> list[str]:
+def list_installed_programs() -> list[str]:
     """Return the names of the programs whose package is installed."""
     return [name for name, (package, _) in PEERS.items() if find_spec(package) is not None]
 

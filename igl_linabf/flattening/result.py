@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from .._notebook import html_row, html_table, map_svg
+from .._notebook import arrange_html_row, draw_map_as_svg, format_html_table
 from .._types import FloatArray, IntArray
 from ..angles import Residual, Step, largest_magnitude
 from ..errors import first_few, format_count
@@ -161,7 +161,7 @@ class Residuals:
     closure: float = 0.0
 
     @classmethod
-    def of(cls, b: Residual) -> Residuals:
+    def from_residual(cls, b: Residual) -> Residuals:
         return cls(
             largest_magnitude(b.vertex),
             largest_magnitude(b.triangle),
@@ -243,7 +243,7 @@ class Hole:
         return max(self.rotation, self.scale, self.translation)
 
     @classmethod
-    def all_of(cls, mesh: Mesh, b: Residual) -> tuple[Hole, ...]:
+    def list_all(cls, mesh: Mesh, b: Residual) -> tuple[Hole, ...]:
         """Return all holes of the mesh with their residuals, given the residual `b` of the angles."""
         loops = mesh.topology.holes
         if not loops:
@@ -355,15 +355,15 @@ class Flattening:
         )
 
     def __str__(self) -> str:
-        rows = self._rows()
+        rows = self._make_table_rows()
         width = max(map(len, rows))
         return "\n".join(f"{name:<{width}}  {value}" for name, value in rows.items())
 
     def _repr_html_(self) -> str:
-        table = html_table(list(self._rows().items()), header=False)
-        return html_row([("", map_svg(self.uv, self.F)), ("", table)])
+        table = format_html_table(list(self._make_table_rows().items()), header=False)
+        return arrange_html_row([("", draw_map_as_svg(self.uv, self.F)), ("", table)])
 
-    def _rows(self) -> dict[str, str]:
+    def _make_table_rows(self) -> dict[str, str]:
         report = self.report
         kinds: dict[str, list[int]] = {}
         for step in report.steps:

@@ -41,12 +41,12 @@ from .fallbacks import (
     StageResults,
     add_layout,
     build_result,
-    initial_problem,
-    injective_map,
     iterate_active_set,
+    make_injective_map,
     run_anchored_abf,
     run_feasible_abf,
     run_stages,
+    set_up_problem,
 )
 from .methods import ABF, STAGES, LinABF, Method
 from .result import Flattening
@@ -145,17 +145,17 @@ def flatten_with_cones(
         known = known if Solvers(method.solver).allows_shared_factors else None
         asked = build_constraints(uncut, sums, paths, left_out=None if known is None else known.left_out)
         options = ProblemOptions(method.layout, method.threshold, method.solver, safeguard)
-        problem = initial_problem(cut, options, uncut=asked)
-        begun = problem.start
+        problem = set_up_problem(cut, options, uncut=asked)
+        begun = problem.initial_state
         if known is not None and (known.even or prescribed is not None):
-            begun = replace(begun, lin=_known_linearisation(problem.angles, known))
+            begun = replace(begun, lin=_make_known_linearisation(problem.angles, known))
         if prescribed is not None:
-            problem, begun = _with_holonomy(problem, begun, prescribed)
-        results = run_stages(problem, _stages(method, begun, prescribed is not None))
+            problem, begun = _prescribe_holonomy(problem, begun, prescribed)
+        results = run_stages(problem, _list_stages(method, begun, prescribed is not None))
         return build_result(problem, method.name, results, seconds)
 
 
-def _known_linearisation(angles: AngleProblem, known: KnownLaplacian) -> Linearisation | None:
+def _make_known_linearisation(angles: AngleProblem, known: KnownLaplacian) -> Linearisation | None:
     """Return a linearisation that preconditions a step from the estimate, if its factor is known."""
     if known.inverse is None:
         return None
@@ -164,7 +164,9 @@ def _known_linearisation(angles: AngleProblem, known: KnownLaplacian) -> Lineari
     return Linearisation.from_factor(angles, system, analysis, known.inverse)
 
 
-def _with_holonomy(problem: Problem, begun: State, prescribed: PrescribedHolonomy) -> tuple[Problem, State]:
+def _prescribe_holonomy(
+    problem: Problem, begun: State, prescribed: PrescribedHolonomy
+) -> tuple[Problem, State]:
     """Return the problem with prescribed holonomy angles along its paths, and the state to continue from.
 
     Holonomy changes the angles least if the surface is already nearly flat. Therefore the first step starts
@@ -176,15 +178,15 @@ def _with_holonomy(problem: Problem, begun: State, prescribed: PrescribedHolonom
     except NotPositiveDefiniteError:
         after = step_with_known_factor(begun, ROUGH_RTOL)
         holonomy = HolonomyAngles.measure(after.at, problem.angles.constraints.paths, prescribed.vertices)
-        angles, _ = _with_chosen_sums(problem.angles, prescribed, holonomy)
+        angles, _ = _choose_sums(problem.angles, prescribed, holonomy)
         state = State(angles, angles.evaluate(after.at.alpha), after.steps, after.lin)
         return replace(problem, angles=angles), state
-    angles, log_scale = _with_chosen_sums(problem.angles, prescribed, holonomy)
+    angles, log_scale = _choose_sums(problem.angles, prescribed, holonomy)
     start = _scale_conformally(angles, surface, log_scale, lin)
     return replace(problem, angles=angles), step_from_surface(start, surface, ROUGH_RTOL)
 
 
-def _with_chosen_sums(
+def _choose_sums(
     angles: AngleProblem, prescribed: PrescribedHolonomy, holonomy: HolonomyAngles
 ) -> tuple[AngleProblem, FloatArray | None]:
     """Return the problem with the chosen sums and holonomy, and the logarithm of its scale."""
@@ -222,7 +224,7 @@ def _scale_conformally(
     return State(angles, at, lin=lin)
 
 
-def _stages(method: LinABF | ABF, begun: State, prescribed: bool) -> list[Stage]:
+def _list_stages(method: LinABF | ABF, begun: State, prescribed: bool) -> list[Stage]:
     """Return the stages of a method for a surface with cones."""
     stages: list[Stage]
     if isinstance(method, LinABF) and method.iterations != "auto":
@@ -236,8 +238,8 @@ def _stages(method: LinABF | ABF, begun: State, prescribed: bool) -> list[Stage]
             tol, residual_tol = ABF_TOL, method.tol
         for form in (run_anchored_abf, run_feasible_abf):
             stage = partial(form, tol=tol, residual_tol=residual_tol)
-            stages.append(partial(_with_matching_sides, stage=stage, tol=method.tol))
-    return [*stages, injective_map] if method.guarantee else stages
+            stages.append(partial(_run_until_sides_match, stage=stage, tol=method.tol))
+    return [*stages, make_injective_map] if method.guarantee else stages
 
 
 def _iterate_from(
@@ -257,7 +259,7 @@ def _iterate_from(
     return add_layout(problem, StageResult("active set", state, converged=reached, note=note))
 
 
-def _with_matching_sides(
+def _run_until_sides_match(
     problem: Problem, earlier: StageResults, stage: Stage, tol: float
 ) -> StageResult | None:
     """Run a stage, followed by active-set steps until both sides of the seam match."""

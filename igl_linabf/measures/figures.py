@@ -9,7 +9,7 @@ from operator import attrgetter
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._notebook import html_table
+from .._notebook import format_html_table
 from .._runtime import align_columns
 from .._types import FloatArray
 from ..errors import format_count, takes_vertices_and_faces
@@ -102,7 +102,7 @@ class Quality:
         return format_table({"": self})
 
     def _repr_html_(self) -> str:
-        return html_table(_make_rows({"": self}), header=False)
+        return format_html_table(_make_rows({"": self}), header=False)
 
 
 ROWS = {

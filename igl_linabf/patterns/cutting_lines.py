@@ -8,7 +8,7 @@ import shapely
 from .._types import FloatArray, IntArray
 from ..surface import normalize_vectors
 from .joined_pieces import CutSurface, group_rows
-from .seam_pairs import SeamSides, Sides
+from .seam_pairs import OutlineSides, SeamSides
 from .tabs import TabPlace
 
 MITRE_LIMIT = 4.0  # maximum length of a sharp corner of the cutting line, relative to the allowance
@@ -22,7 +22,7 @@ def build_piece_shapes(cut: CutSurface) -> list[shapely.Geometry]:
 
 
 def trace_outlines(
-    loops: tuple[IntArray, ...], sides: Sides, flat: FloatArray, tabs: list[TabPlace]
+    loops: tuple[IntArray, ...], sides: OutlineSides, flat: FloatArray, tabs: list[TabPlace]
 ) -> list[FloatArray]:
     """Return the outlines of the pieces together with their tabs."""
     at_start = {int(place.run[0]): place for place in tabs}
@@ -47,11 +47,13 @@ def trace_outlines(
     return lines
 
 
-def triangulate_tabs(tabs: list[TabPlace], sides: Sides, cut: CutSurface) -> tuple[FloatArray, IntArray]:
+def triangulate_tabs(
+    tabs: list[TabPlace], sides: OutlineSides, cut: CutSurface
+) -> tuple[FloatArray, IntArray]:
     """Return triangles (n, 3, 2) that cover the tabs, and the piece of each triangle."""
     fans, piece = [np.empty((0, 3, 2))], list[int]()
     for tab in tabs:
-        base = sides.path(tab.run)
+        base = sides.get_vertices_along(tab.run)
         ring = np.concatenate((tab.top, cut.flat[base[::-1]]))
         fans.append(np.stack((np.broadcast_to(ring[0], ring[2:].shape), ring[1:-1], ring[2:]), axis=1))
         piece += [int(cut.piece[base[0]])] * (len(ring) - 2)
@@ -78,7 +80,11 @@ def triangulate_shapes(shapes: list[shapely.Geometry]) -> tuple[FloatArray, IntA
 
 
 def find_narrow_seams(
-    seams: tuple[SeamSides, ...], sides: Sides, cut: CutSurface, shapes: list[shapely.Geometry], gap: float
+    seams: tuple[SeamSides, ...],
+    sides: OutlineSides,
+    cut: CutSurface,
+    shapes: list[shapely.Geometry],
+    gap: float,
 ) -> tuple[int, ...]:
     """Return the numbers of the seams that are closer than `gap` to another part of their piece."""
     narrow = list[int]()

@@ -7,7 +7,7 @@ import numpy as np
 from .._types import FloatArray, IntArray
 from ..surface import NEXT, normalize_vectors
 from .joined_pieces import CutSurface
-from .seam_pairs import SeamSides, Sides
+from .seam_pairs import OutlineSides, SeamSides
 
 MAX_TURN = 45.0  # largest angle between consecutive segments of a drawn fold line, in degrees
 
@@ -32,7 +32,7 @@ def find_folds(cut: CutSurface, crease: float) -> tuple[IntArray, FloatArray]:
     return topology.edges[inside[kept]], angle[kept]
 
 
-def find_seam_angles(cut: CutSurface, sides: Sides, seams: tuple[SeamSides, ...]) -> FloatArray:
+def find_seam_angles(cut: CutSurface, sides: OutlineSides, seams: tuple[SeamSides, ...]) -> FloatArray:
     """Return the signed dihedral angle in degrees at each side of a seam, as in `find_folds`; 0 elsewhere."""
     topology, n = cut.topology, len(cut.flat)
     border = np.flatnonzero(topology.sides[1] < 0)

@@ -11,7 +11,7 @@ from .._core import merge_regions, min_rectangle_rotations
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..charts import compute_overlap_depths
 from ..surface import Ragged, Topology, build_topology, complex_positions, connected_labels, real_coordinates
-from .seam_pairs import Sides, find_partners
+from .seam_pairs import OutlineSides, find_partners
 
 FIT_TOLERANCE = 1e-5  # maximum gap between sides that coincide, relative to the extent of their pieces
 MIN_HINGE_LENGTH = 0.2  # minimum length of a joint of two pieces, relative to the width of the narrower piece
@@ -65,9 +65,9 @@ def join_pieces(cut: CutSurface, kept: IntArray) -> CutSurface:
     return _close_seams(_assemble_pieces(cut, rim, partner, joinable), rim, partner, joinable)
 
 
-def _find_sides(cut: CutSurface, kept: IntArray) -> tuple[Sides, IntArray, BoolArray]:
+def _find_sides(cut: CutSurface, kept: IntArray) -> tuple[OutlineSides, IntArray, BoolArray]:
     """Return the sides of all outlines, their partners across seams, and a mask of the joinable sides."""
-    rim = Sides.of(cut.topology.loops)
+    rim = OutlineSides.from_loops(cut.topology.loops)
     partner, twisted = find_partners(rim, cut.surface, cut.piece)
     n = int(cut.origin.max()) + 1
     ends = np.sort(np.column_stack((cut.origin[rim.start], cut.origin[rim.end])), axis=1)
@@ -75,7 +75,9 @@ def _find_sides(cut: CutSurface, kept: IntArray) -> tuple[Sides, IntArray, BoolA
     return rim, partner, (partner >= 0) & ~twisted & ~asked
 
 
-def _assemble_pieces(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArray) -> CutSurface:
+def _assemble_pieces(
+    cut: CutSurface, rim: OutlineSides, partner: IntArray, joinable: BoolArray
+) -> CutSurface:
     """Join the pieces of the map along common seams, longest first."""
     piece = cut.piece
     one = np.flatnonzero(joinable)
@@ -148,7 +150,7 @@ def _find_hinges(
     return _Hinges(pairs[best], turn[best], shift[best])
 
 
-def _close_seams(cut: CutSurface, rim: Sides, partner: IntArray, joinable: BoolArray) -> CutSurface:
+def _close_seams(cut: CutSurface, rim: OutlineSides, partner: IntArray, joinable: BoolArray) -> CutSurface:
     """Close the seams whose two sides coincide in the map."""
     z, one = complex_positions(cut.flat), np.flatnonzero(joinable)
     other, extent = partner[one], measure_extents(z, cut.piece)[cut.piece[rim.start[one]]]

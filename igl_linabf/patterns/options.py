@@ -45,7 +45,7 @@ class PatternOptions:
     compensation: tuple[float, float]
 
     @classmethod
-    def of(
+    def from_arguments(
         cls,
         units: str | None,
         crease: float,
@@ -80,7 +80,7 @@ class PatternOptions:
         )
 
     @property
-    def unit(self) -> float:
+    def unit_in_mm(self) -> float:
         """The length of the surface's unit in millimetres."""
         return MILLIMETRES[self.units]
 
@@ -89,8 +89,9 @@ class PatternOptions:
         for name, width in (("tabs", self.tabs), ("allowance", self.allowance)):
             if width >= extent:
                 raise ValueError(
-                    f"{name} is {width / self.unit:g} {self.units}, but the largest piece measures only "
-                    f"{extent / self.unit:.3g} {self.units}: use a smaller width, in the unit of the surface"
+                    f"{name} is {width / self.unit_in_mm:g} {self.units}, but the largest piece measures "
+                    f"only {extent / self.unit_in_mm:.3g} {self.units}: use a smaller width, in the unit of "
+                    "the surface"
                 )
 
 

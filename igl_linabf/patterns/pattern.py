@@ -149,12 +149,12 @@ def _describe_tabs(layout: PatternLayout) -> tuple[PatternTab, ...]:
     if not layout.tabs:
         return ()
     cut, sides = layout.cut, layout.sides
-    angle, length = find_seam_angles(cut, sides, layout.seams), sides.lengths(cut.surface)
+    angle, length = find_seam_angles(cut, sides, layout.seams), sides.measure_lengths(cut.surface)
     return tuple(
         PatternTab(
             seam=tab.seam + 1,
             piece=int(cut.piece[sides.start[tab.run[0]]]),
-            base=cut.flat[sides.path(tab.run)],
+            base=cut.flat[sides.get_vertices_along(tab.run)],
             top=tab.top,
             angle=float(angle[tab.run] @ length[tab.run] / length[tab.run].sum()),
         )

@@ -35,7 +35,7 @@ from .folds import find_folds
 from .grain_arrows import find_directions
 from .joined_pieces import CutSurface, group_rows, join_pieces, measure_extents
 from .options import PatternOptions
-from .seam_pairs import SeamSides, Sides, find_seams
+from .seam_pairs import OutlineSides, SeamSides, find_seams
 from .tabs import TabPlace, place_tabs
 
 PIECE_MARGIN = 0.005  # maximum distance between pieces, relative to the side of a square around the drawing
@@ -68,7 +68,7 @@ class PatternLayout:
     """
 
     cut: CutSurface
-    sides: Sides
+    sides: OutlineSides
     seams: tuple[SeamSides, ...]
     arrows: ComplexArray
     folds: tuple[IntArray, FloatArray]
@@ -84,7 +84,7 @@ def lay_out(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, options: Patte
     cut, error, arrows = _turn_pieces(V, F, atlas, options)
     options.check_widths(float(measure_extents(complex_positions(cut.flat), cut.piece).max()))
     loops, piece = cut.topology.loops, cut.piece
-    sides = Sides.of(loops)
+    sides = OutlineSides.from_loops(loops)
     seams, folds = find_seams(sides, cut.surface, piece), find_folds(cut, options.crease)
     tabs, without_room, closed = list[TabPlace](), tuple[int, ...](), 0
     if options.allowance:
@@ -132,7 +132,7 @@ def _turn_pieces(
     arrows : (#pieces,) complex128
         Direction of the grain on each piece.
     """
-    cut = _build_cut_surface(V, F, atlas, options.unit)
+    cut = _build_cut_surface(V, F, atlas, options.unit_in_mm)
     if isinstance(atlas, Atlas):
         cut = join_pieces(cut, atlas.report.given_seams)
     pointing = find_directions(cut, options.grain)

@@ -43,7 +43,7 @@ class PatternSeam:
 
 
 @dataclass(frozen=True, eq=False)
-class Sides:
+class OutlineSides:
     """The sides (edges) of all outlines of a pattern.
 
     Attributes
@@ -60,7 +60,7 @@ class Sides:
     before: IntArray
 
     @classmethod
-    def of(cls, loops: tuple[IntArray, ...]) -> Sides:
+    def from_loops(cls, loops: tuple[IntArray, ...]) -> OutlineSides:
         """Return the sides of closed loops of vertices."""
         start, size = np.concatenate(loops), np.array([len(loop) for loop in loops])
         behind = np.cumsum(size)
@@ -68,11 +68,11 @@ class Sides:
         after[behind - 1] = behind - size
         return cls(start, start[after], after, np.argsort(after))
 
-    def path(self, run: IntArray) -> IntArray:
+    def get_vertices_along(self, run: IntArray) -> IntArray:
         """Return the vertices along consecutive sides, (n + 1,)."""
         return np.append(self.start[run], self.end[run[-1]])
 
-    def lengths(self, points: FloatArray) -> FloatArray:
+    def measure_lengths(self, points: FloatArray) -> FloatArray:
         """Return the length of each side, (#S,), if the vertices are at the given points."""
         return np.asarray(np.linalg.norm(points[self.start] - points[self.end], axis=1))
 
@@ -84,7 +84,7 @@ class SeamSides:
     Attributes
     ----------
     one, other : (n,) int64
-        Row indices into the sides of a `Sides`; each side of `one` is joined with the same row of `other`.
+        Row indices into the sides of `OutlineSides`; each side of `one` is joined with that row of `other`.
     twisted : bool
         Whether both parts run along their outlines in the same direction.
     """
@@ -98,13 +98,13 @@ class SeamSides:
         """The sides of both parts, each in the direction of its outline."""
         return self.one, self.other if self.twisted else self.other[::-1]
 
-    def paths(self, sides: Sides) -> tuple[IntArray, IntArray]:
+    def get_vertex_paths(self, sides: OutlineSides) -> tuple[IntArray, IntArray]:
         """Return the vertices along both parts, (n + 1,) each, in the order of joining."""
-        one, other = map(sides.path, self.runs)
+        one, other = map(sides.get_vertices_along, self.runs)
         return one, other if self.twisted else other[::-1]
 
 
-def find_seams(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[SeamSides, ...]:
+def find_seams(sides: OutlineSides, surface: FloatArray, piece: IntArray) -> tuple[SeamSides, ...]:
     """Group the sides that are joined into seams.
 
     Parameters
@@ -123,14 +123,14 @@ def find_seams(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[Seam
 
 
 def measure_seams(
-    seams: tuple[SeamSides, ...], sides: Sides, surface: FloatArray, flat: FloatArray, piece: IntArray
+    seams: tuple[SeamSides, ...], sides: OutlineSides, surface: FloatArray, flat: FloatArray, piece: IntArray
 ) -> tuple[PatternSeam, ...]:
     """Return the seams with their lines and lengths. The arguments are as in `find_seams`."""
-    length, flat_length = sides.lengths(surface), sides.lengths(flat)
+    length, flat_length = sides.measure_lengths(surface), sides.measure_lengths(flat)
     measured = list[PatternSeam]()
     for seam in seams:
         one, other = seam.one, seam.other
-        here, there = seam.paths(sides)
+        here, there = seam.get_vertex_paths(sides)
         measured.append(
             PatternSeam(
                 number=len(measured) + 1,
@@ -144,7 +144,7 @@ def measure_seams(
     return tuple(measured)
 
 
-def find_partners(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[IntArray, BoolArray]:
+def find_partners(sides: OutlineSides, surface: FloatArray, piece: IntArray) -> tuple[IntArray, BoolArray]:
     """Return, for each side, the partner on the same edge of the surface, or -1, and a mask of twisted pairs.
 
     Twisted partners have the same direction, which occurs only where a one-sided surface was cut.
@@ -169,7 +169,7 @@ def find_partners(sides: Sides, surface: FloatArray, piece: IntArray) -> tuple[I
     return partner, twisted
 
 
-def _mark_continued_sides(sides: Sides, partner: IntArray, twisted: BoolArray) -> BoolArray:
+def _mark_continued_sides(sides: OutlineSides, partner: IntArray, twisted: BoolArray) -> BoolArray:
     """Return a mask of the sides whose seam continues along the next side of the outline."""
     after = sides.after
     here = (partner >= 0) & (partner[after] >= 0) & (twisted == twisted[after])
@@ -177,7 +177,7 @@ def _mark_continued_sides(sides: Sides, partner: IntArray, twisted: BoolArray) -
     return np.asarray(here & there & (partner != after))  # a seam ends where it turns back at a tip
 
 
-def _trace_runs(sides: Sides, partner: IntArray, continued: BoolArray) -> Iterator[IntArray]:
+def _trace_runs(sides: OutlineSides, partner: IntArray, continued: BoolArray) -> Iterator[IntArray]:
     """Yield, for each seam, the consecutive boundary edges along one of the two sides of the seam."""
     done = np.zeros(len(partner), dtype=bool)
     for first in np.flatnonzero(partner >= 0).tolist():

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
 from .joined_pieces import CutSurface
-from .seam_pairs import SeamSides, Sides
+from .seam_pairs import OutlineSides, SeamSides
 
 Geometries = NDArray[np.object_]
 DEPTHS = (1.0, 0.75, 0.5, 0.35, 0.25)  # depths of tabs that are tried, relative to the given width
@@ -76,7 +76,7 @@ class TabPlace:
 
 
 @dataclass(frozen=True, eq=False)
-class _Base:
+class _TabBase:
     """A straight part of a seam that may have a tab.
 
     Attributes
@@ -100,7 +100,7 @@ class _Base:
 
 def place_tabs(
     cut: CutSurface,
-    sides: Sides,
+    sides: OutlineSides,
     seams: tuple[SeamSides, ...],
     shapes: list[shapely.Geometry],
     folds: IntArray,
@@ -122,7 +122,7 @@ def place_tabs(
         Fold edges, which a tab must not be glued across.
     width : float
     """
-    length = sides.lengths(cut.flat)
+    length = sides.measure_lengths(cut.flat)
     shapely.prepare(shapes)
     lines = shapely.linestrings(cut.flat[folds])
     creases = [shapely.union_all(lines[cut.piece[folds[:, 0]] == i]) for i in range(len(shapes))]
@@ -151,30 +151,30 @@ def place_tabs(
 
 
 def _find_bases(
-    cut: CutSurface, sides: Sides, seam: SeamSides, tolerance: float
-) -> tuple[list[_Base], list[_Base]]:
+    cut: CutSurface, sides: OutlineSides, seam: SeamSides, tolerance: float
+) -> tuple[list[_TabBase], list[_TabBase]]:
     """Split a seam where one of its sides, or the surface along it, turns.
 
     A tab across such a place could not be folded. Returns the bases of tabs on both sides of the seam.
     """
     one, other = seam.one, seam.other
-    rows, opposite_rows = seam.paths(sides)
+    rows, opposite_rows = seam.get_vertex_paths(sides)
     here, there = cut.flat[rows], cut.flat[opposite_rows]
     pieces = [int(cut.piece[sides.start[part[0]]]) for part in (one, other)]
     step = 1 if seam.twisted else -1
-    bases: tuple[list[_Base], list[_Base]] = ([], [])
+    bases: tuple[list[_TabBase], list[_TabBase]] = ([], [])
     for j, k in _split_at_corners(np.hstack((cut.surface[rows], here, there)), tolerance):
         own, opposite = here[j : k + 1], there[j : k + 1]
-        bases[0].append(_Base(one[j:k], own, opposite, pieces[0], pieces[1], seam.twisted))
+        bases[0].append(_TabBase(one[j:k], own, opposite, pieces[0], pieces[1], seam.twisted))
         bases[1].append(
-            _Base(other[j:k][::step], opposite[::step], own[::step], pieces[1], pieces[0], seam.twisted)
+            _TabBase(other[j:k][::step], opposite[::step], own[::step], pieces[1], pieces[0], seam.twisted)
         )
     return bases
 
 
 def _fit_tab(
     seam: int,
-    base: _Base,
+    base: _TabBase,
     obstacles: Geometries,
     receiver: tuple[shapely.Geometry, shapely.Geometry],
     width: float,

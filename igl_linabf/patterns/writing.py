@@ -127,7 +127,7 @@ def write_pattern(
         raise ValueError(f"{path} is not a pattern file: use one that ends in {', '.join(WRITERS)}")
     if paper not in PAPERS:
         raise ValueError(f"paper is {paper!r}: use one of {', '.join(PAPERS)}")
-    options = PatternOptions.of(units, crease, grain, up, tabs, allowance, compensation)
+    options = PatternOptions.from_arguments(units, crease, grain, up, tabs, allowance, compensation)
     pattern = build_pattern(V, F, atlas, options)
     with writing_pattern(path, pattern, paper):
         return pattern

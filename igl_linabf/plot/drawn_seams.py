@@ -70,7 +70,7 @@ class DrawnSeams:
                 self.paths.append(np.array(path[::-1], dtype=np.int64))
             self.end = vertex
 
-    def undo(self) -> None:
+    def remove_last_path(self) -> None:
         """Remove the last path."""
         if self.paths:
             self.end = int(self.paths.pop()[0])

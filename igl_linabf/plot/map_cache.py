@@ -88,7 +88,7 @@ class MapCache:
         self._maps: dict[MapRequest, Shown] = {}
         self._seams: dict[float, IntArray] = {}
 
-    def get(self, request: MapRequest) -> Shown:
+    def get_map(self, request: MapRequest) -> Shown:
         """Return the map of a request, and compute it at the first request."""
         if request not in self._maps:
             self._maps[request] = self._compute(request)

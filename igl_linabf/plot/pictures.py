@@ -151,7 +151,7 @@ def plot_uv(
         else {"scalars": _select_scalars(scalars, uv, F)}
     )
     add_flat(target, drawn, **{**colours, **kwargs})
-    return _show(target, show, screenshot)
+    return _show_if_requested(target, show, screenshot)
 
 
 def plot_distortion(
@@ -252,7 +252,7 @@ def plot_grid(
     elif alone:
         fans = [(face[0], face[i], face[i + 1]) for face in grid.faces for i in range(1, len(face) - 1)]
         face_camera(target, grid.V, np.array(fans))
-    return _show(target, show, screenshot)
+    return _show_if_requested(target, show, screenshot)
 
 
 def plot_compare(
@@ -342,8 +342,8 @@ def plot_compare(
                 caption += f", {format_pair_count(measured.overlaps)} pairs overlap"
             plotter.add_text(caption, font_size=CAPTION_SIZE)
             plotter.subplot(row, 1)
-            add_flat(plotter, drawn.flat, **colours[row])
-        return _show(plotter, show, screenshot)
+            add_flat(plotter, drawn.flat_scene, **colours[row])
+        return _show_if_requested(plotter, show, screenshot)
 
 
 def _plot_surface(
@@ -355,7 +355,7 @@ def _plot_surface(
     add_seams(target, drawn)
     if alone:
         face_camera(target, drawn.V, drawn.F)
-    return _show(target, show, screenshot)
+    return _show_if_requested(target, show, screenshot)
 
 
 def _select_scalars(scalars: ArrayLike, uv: ArrayLike, F: ArrayLike) -> FloatArray:
@@ -373,7 +373,7 @@ def _get_plotter(plotter: pv.Plotter | None) -> tuple[pv.Plotter, bool]:
         return pv.Plotter(), True
 
 
-def _show(plotter: pv.Plotter, show: bool, screenshot: str | bool) -> pv.Plotter:
+def _show_if_requested(plotter: pv.Plotter, show: bool, screenshot: str | bool) -> pv.Plotter:
     """Show the plotter if requested, and return it."""
     if show:
         with pv.vtk_verbosity("error"):

@@ -52,12 +52,12 @@ class Scene:
     period: float | None = None
 
     @property
-    def flipped(self) -> BoolArray:
+    def is_flipped(self) -> BoolArray:
         """Mask of the faces that are flipped or collapsed in the map, (#F,)."""
         return ~(signed_double_areas(complex_positions(self.uv), self.F.T) > 0)
 
     @property
-    def flat(self) -> Scene:
+    def flat_scene(self) -> Scene:
         """The scene of the map as a surface in the plane z = 0."""
         return replace(build_flat_scene(self.uv, self.F), sides=self.sides, period=self.period)
 
@@ -152,7 +152,7 @@ def add_surface(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
     The options are the same as for `Plotter.add_mesh`. `scalars` are values at vertices or faces, and
     `frequency` is the number of squares of the checkerboard along the map.
     """
-    flipped = drawn.flipped
+    flipped = drawn.is_flipped
     surface = pv.PolyData.from_regular_faces(drawn.V, drawn.F[~flipped])
     frequency, scalars = options.pop("frequency", None), options.pop("scalars", None)
     if scalars is not None:
@@ -192,9 +192,9 @@ def add_flat(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
     plotter.add_mesh(outline, color=plotter.theme.font.color, line_width=2)
     if drawn.sides is not None:
         add_lines(plotter, np.insert(drawn.sides.side, 2, 0.0, axis=2), drawn.sides.arc_of_side)
-    if drawn.flipped.any():
+    if drawn.is_flipped.any():
         above = drawn.V + np.array([0, 0, 1e-3 * np.ptp(drawn.V, axis=0).max()])
-        marked = pv.PolyData.from_regular_faces(above, drawn.F[drawn.flipped])
+        marked = pv.PolyData.from_regular_faces(above, drawn.F[drawn.is_flipped])
         plotter.add_mesh(marked, color=WARNING, lighting=False)
         plotter.add_mesh(marked, style="wireframe", color=WARNING, lighting=False, line_width=3)
     look_at_plane(plotter, bar)

@@ -66,7 +66,7 @@ q    quit""",
 
 
 @dataclass
-class Look:
+class DisplayOptions:
     """The display options of the window.
 
     Attributes
@@ -145,7 +145,7 @@ class Viewer:
         if method not in METHODS:
             raise ValueError(f"method is {method!r}: use one of {', '.join(map(repr, METHODS))}")
         self.methods = list(dict.fromkeys((*METHOD_NAMES, method)))
-        self.method, self.iterations, self.look = method, 0, Look(frequency, measure)
+        self.method, self.iterations, self.look = method, 0, DisplayOptions(frequency, measure)
         self.trade: float | None = None
         self.picked: tuple[int, FloatArray] | None = None
         self._maps = MapCache(vertex_array(V), face_array(F), boundary, cones)
@@ -180,7 +180,7 @@ class Viewer:
     def shown(self) -> Shown:
         """The map for the current settings, computed at its first use."""
         iterations = self.iterations if self.method == "linabf" else 0
-        return self._maps.get(MapRequest(self.method, iterations, self.trade, self.drawn.edges))
+        return self._maps.get_map(MapRequest(self.method, iterations, self.trade, self.drawn.edges))
 
     def draw(self) -> None:
         """Redraw the surface and the map without moving the camera of the surface."""
@@ -202,7 +202,7 @@ class Viewer:
             add_seams(self.plotter, drawn, reset_camera=False)
         self.plotter.add_text(self.caption, font_size=10)
         self.plotter.subplot(0, 1)
-        add_flat(self.plotter, drawn.flat, **colours)
+        add_flat(self.plotter, drawn.flat_scene, **colours)
         self.plotter.subplot(1, 0)
         for i, column in enumerate(HELP):
             self.plotter.add_text(
@@ -278,7 +278,7 @@ class Viewer:
 
     def take_back(self) -> None:
         """Undo the last click of a drawn seam."""
-        self.drawn.undo()
+        self.drawn.remove_last_path()
         self.draw()
 
     def save_picture(self) -> Path:
@@ -313,7 +313,7 @@ class Viewer:
             return
         drawn = self.shown.drawn
         side = int(x >= self.plotter.window_size[0] / 2)
-        hit = pick_face(self.plotter.renderers[side], drawn.flat.V if side else drawn.V, drawn.F, x, y)
+        hit = pick_face(self.plotter.renderers[side], drawn.flat_scene.V if side else drawn.V, drawn.F, x, y)
         if hit is not None:
             face, weights = hit
             if self.drawing:
@@ -327,7 +327,7 @@ class Viewer:
         drawn = self.shown.drawn
         if self.picked is not None:
             face, weights = self.picked
-            for side, points in enumerate((drawn.V, drawn.flat.V)):
+            for side, points in enumerate((drawn.V, drawn.flat_scene.V)):
                 self._add_ball(side, points, weights @ points[drawn.F[face]], MARKER_RADIUS, MARK, "mark")
         if self.drawing and self.drawn.end is not None:
             self._add_ball(0, self._maps.V, self._maps.V[self.drawn.end], SEAM_END_RADIUS, SEAM, "end")

@@ -31,12 +31,12 @@ class Fragments:
 
 def slice_along_integers(fragments: Fragments) -> Fragments:
     """Cut along all lines with integer coordinates, and label the parts by their cells."""
-    x = _snap(fragments.x)
+    x = _snap_to_integers(fragments.x)
     parts = Fragments(x, fragments.V, fragments.F, np.zeros(len(fragments.F), dtype=np.int64))
     for axis in (0, 1):
         low, high = x[:, axis].min(), x[:, axis].max()
         for value in range(int(np.floor(low)) + 1, int(np.ceil(high))):
-            parts = _slice(parts, axis, float(value), None)
+            parts = _slice_triangles(parts, axis, float(value), None)
     low = parts.x[parts.F].min(axis=1)
     cell = np.floor(low).astype(np.int64)
     cell -= cell.min(axis=0)
@@ -47,19 +47,19 @@ def slice_along_integers(fragments: Fragments) -> Fragments:
 def slice_region(fragments: Fragments, region: int, axis: int, value: float) -> Fragments:
     """Cut the triangles of one region along a line, and give the parts behind it a new label."""
     fresh = int(fragments.label.max()) + 1
-    parts = _slice(fragments, axis, value, fragments.label == region)
+    parts = _slice_triangles(fragments, axis, value, fragments.label == region)
     behind = parts.x[parts.F][..., axis].min(axis=1) >= value
     parts.label[behind & (parts.label == region)] = fresh
     return parts
 
 
-def _snap(x: FloatArray) -> FloatArray:
+def _snap_to_integers(x: FloatArray) -> FloatArray:
     """Round coordinates that are within rounding errors of an integer."""
     near = np.round(x)
     return np.where(np.abs(x - near) < ROUNDING, near, x)
 
 
-def _slice(parts: Fragments, axis: int, value: float, rows: BoolArray | None) -> Fragments:
+def _slice_triangles(parts: Fragments, axis: int, value: float, rows: BoolArray | None) -> Fragments:
     """Cut the triangles of `rows` along a line, and split their neighbours at the new vertices."""
     x, V, F, label = parts.x, parts.V, parts.F, parts.label
     side = np.sign(x[:, axis] - value).astype(np.int8)
@@ -70,19 +70,19 @@ def _slice(parts: Fragments, axis: int, value: float, rows: BoolArray | None) ->
     if not crossed.any():
         return parts
     opposite = corner[:, [1, 2, 0]] * corner[:, [2, 0, 1]] < 0
-    keys = np.unique(_number_edges(F[crossed], len(x))[opposite[crossed]])
+    keys = np.unique(_make_edge_keys(F[crossed], len(x))[opposite[crossed]])
     a, b = np.divmod(keys, len(x))
     touched = crossed
     if rows is not None:
-        touched = crossed | np.isin(_number_edges(F, len(x)), keys).any(axis=1)
-    marked = _number_edges(F[touched], len(x))
+        touched = crossed | np.isin(_make_edge_keys(F, len(x)), keys).any(axis=1)
+    marked = _make_edge_keys(F[touched], len(x))
     place = np.minimum(np.searchsorted(keys, marked), len(keys) - 1)
     middle = np.where(keys[place] == marked, len(x) + place, -1)
     t = ((value - x[a, axis]) / (x[b, axis] - x[a, axis]))[:, None]
     new = np.clip(x[a] + t * (x[b] - x[a]), np.minimum(x[a], x[b]), np.maximum(x[a], x[b]))
-    new = _snap(new)
+    new = _snap_to_integers(new)
     new[:, axis] = value
-    pieces, parent = _split(F[touched], middle)
+    pieces, parent = _split_triangles(F[touched], middle)
     return Fragments(
         np.concatenate((x, new)),
         np.concatenate((V, V[a] + t * (V[b] - V[a]))),
@@ -91,13 +91,13 @@ def _slice(parts: Fragments, axis: int, value: float, rows: BoolArray | None) ->
     )
 
 
-def _number_edges(F: IntArray, n: int) -> IntArray:
+def _make_edge_keys(F: IntArray, n: int) -> IntArray:
     """Return a unique number for each undirected edge, (#F, 3); column k is the edge opposite corner k."""
     after, last = F[:, [1, 2, 0]], F[:, [2, 0, 1]]
     return np.minimum(after, last) * n + np.maximum(after, last)
 
 
-def _split(F: IntArray, middle: IntArray) -> tuple[IntArray, IntArray]:
+def _split_triangles(F: IntArray, middle: IntArray) -> tuple[IntArray, IntArray]:
     """Split triangles at new vertices on one or two of their sides.
 
     `middle` is the new vertex on the side opposite each corner, or -1. Returns the parts, and the triangle

@@ -29,11 +29,11 @@ def fill_holes(points: FloatArray) -> tuple[FloatArray, BoolArray]:
     if not filled.any():
         return points, filled
     made = points.copy()
-    made[filled] = _interpolate(points, filled, ~missing | filled)
+    made[filled] = _interpolate_positions(points, filled, ~missing | filled)
     return made, filled
 
 
-def _interpolate(points: FloatArray, filled: BoolArray, present: BoolArray) -> FloatArray:
+def _interpolate_positions(points: FloatArray, filled: BoolArray, present: BoolArray) -> FloatArray:
     """Return positions of the filled points that minimize the squared differences along the grid."""
     number = np.full(filled.shape, -1)
     number[filled] = np.arange(filled.sum())

@@ -72,15 +72,15 @@ def sample_sheets(segment: Segment, sheets: list[Sheet], size: tuple[int, int]) 
             F = sheet.F[start : start + FACES_AT_ONCE]
             texels, F = find_covered_texels(sheet.cells[F], size), sheet.origin[F]
             for name, values in sources.items():
-                made[name][texels.index] = _interpolate(values, F, texels)
+                made[name][texels.index] = _interpolate_texels(values, F, texels)
     points = made.pop("").reshape(rows, columns, 3)
     channels = {name: v.reshape(rows, columns, *kept[name].shape[2:]) for name, v in made.items()}
     return Segment(points, segment.scale, dict(segment.meta), channels)
 
 
-def _interpolate(values: np.ndarray, F: IntArray, texels: Texels) -> np.ndarray:
+def _interpolate_texels(values: np.ndarray, F: IntArray, texels: Texels) -> np.ndarray:
     """Interpolate values (#points, k) to texels linearly; integers are taken from the nearest corner."""
     if values.dtype.kind == "f":
-        return texels.values(values[F])
+        return texels.interpolate(values[F])
     nearest = texels.weights.argmax(axis=1)
     return np.asarray(values[F[texels.face, nearest]])

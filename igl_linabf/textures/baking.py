@@ -14,7 +14,7 @@ from ..charts import UDIM_ROW, page_size
 from ..errors import MemoryLimitError, MeshError, format_count, is_number
 from ..linalg import available_memory, format_gigabytes, has_free_memory
 from .coordinates import Coordinates, MappedTriangles
-from .texels import Rows, Size, Texels, find_boundary_texels, find_covered_texels, find_nearest_known
+from .texels import Rows, Size, Texels, find_boundary_texels, find_covered_texels, find_nearest_known_texels
 
 STRIP_TEXELS = 1 << 20  # number of texels to paint at a time, to bound the memory
 BYTES_PER_VALUE, BYTES_PER_TEXEL = 8, 2  # bytes of memory for a value of an image, and for masks of a texel
@@ -95,12 +95,12 @@ def bake(
     """
     size = page_size(resolution)
     padding = check_padding(padding)
-    mapped = MappedTriangles.of(V, F, atlas)
+    mapped = MappedTriangles.from_mesh(V, F, atlas)
     at_corners, function = _get_corner_values(values, mapped)
     check_image_memory(size, mapped.pages, 3 if function is not None else at_corners.shape[2])
 
     def values_at(shown: Texels) -> tuple[FloatArray, IntArray]:
-        made = shown.values(at_corners)
+        made = shown.interpolate(at_corners)
         return made if function is None else _call_function(function, made), shown.index
 
     images = [paint_page(page, size, padding, background, values_at) for page in list_pages(mapped, size)]
@@ -192,7 +192,7 @@ def _dilate_texels(image: FloatArray, is_known: BoolArray, padding: int) -> None
     height, width = is_known.shape
     for begin, end in _iterate_strips(height, width):
         first, last = max(begin - padding, 0), min(end + padding, height)
-        grown, source = find_nearest_known(is_known[first:last], padding)
+        grown, source = find_nearest_known_texels(is_known[first:last], padding)
         grown, source = grown + first * width, source + first * width
         inside = (grown >= begin * width) & (grown < end * width)
         image[grown[inside]] = image[source[inside]]

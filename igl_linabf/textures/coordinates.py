@@ -52,7 +52,7 @@ class MappedTriangles:
         return int(self.page.max(initial=0)) + 1
 
     @classmethod
-    def of(cls, V: ArrayLike, F: Any, coordinates: Coordinates) -> MappedTriangles:
+    def from_mesh(cls, V: ArrayLike, F: Any, coordinates: Coordinates) -> MappedTriangles:
         """Check the caller's mesh and its texture coordinates.
 
         Raises
@@ -62,7 +62,7 @@ class MappedTriangles:
         """
         positions = vertex_array(V)
         if isinstance(coordinates, Atlas):
-            return cls._of_atlas(positions, coordinates)
+            return cls._from_atlas(positions, coordinates)
         TC, FTC = (
             coordinates if isinstance(coordinates, tuple) and len(coordinates) == 2 else (coordinates, F)
         )
@@ -82,7 +82,7 @@ class MappedTriangles:
         return cls(positions, split.F, points, rows, page, None if only_triangles else split)
 
     @classmethod
-    def _of_atlas(cls, V: FloatArray, atlas: Atlas) -> MappedTriangles:
+    def _from_atlas(cls, V: FloatArray, atlas: Atlas) -> MappedTriangles:
         if len(atlas.origin) and int(atlas.origin.max()) >= len(V):
             raise MeshError(f"the atlas has more vertices than the {len(V)} of V: pass the unwrapped V")
         rows, split = atlas.triangles, atlas.report.split

@@ -53,7 +53,7 @@ class Picture:
         """Return the coordinates in the image, (2, n), of texture coordinates (n, 2)."""
         return np.asarray(np.array(self.matrix) @ np.vstack((uv.T, np.ones(len(uv)))))
 
-    def at(self, uv: FloatArray) -> FloatArray:
+    def interpolate(self, uv: FloatArray) -> FloatArray:
         """Return values (n, k) at texture coordinates (n, 2), with v pointing up, by bilinear interpolation.
 
         With the attribute `nearest`, return the values of the nearest pixels instead.

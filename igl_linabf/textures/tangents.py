@@ -8,7 +8,7 @@ from .._types import FloatArray, IntArray
 from ..surface import merge_coincident, normalize_vectors
 
 
-class Frames(NamedTuple):
+class TangentFrames(NamedTuple):
     """Tangent, bitangent and normal at the corners of triangles, each (#T, 3, 3)."""
 
     tangent: FloatArray
@@ -16,7 +16,7 @@ class Frames(NamedTuple):
     normal: FloatArray
 
 
-def compute_tangent_frames(points: FloatArray, normals: FloatArray, uv: FloatArray) -> Frames:
+def compute_tangent_frames(points: FloatArray, normals: FloatArray, uv: FloatArray) -> TangentFrames:
     """Compute the tangent frames of a map at the corners of triangles.
 
     Corners with the same position, normal and texture coordinates share the mean of the tangents of their
@@ -41,10 +41,10 @@ def compute_tangent_frames(points: FloatArray, normals: FloatArray, uv: FloatArr
     total = np.zeros((len(flat), 3))
     np.add.at(total, same, own.reshape(-1, 3))
     tangent = normalize_vectors(total[same]).reshape(-1, 3, 3)
-    return Frames(tangent, sign[:, None, None] * np.cross(normals, tangent), normals)
+    return TangentFrames(tangent, sign[:, None, None] * np.cross(normals, tangent), normals)
 
 
-def change_frames(directions: FloatArray, old: Frames, new: Frames) -> FloatArray:
+def change_frames(directions: FloatArray, old: TangentFrames, new: TangentFrames) -> FloatArray:
     """Convert directions (n, 3) from old to new tangent frames, except where a frame is degenerate."""
     tangent, bitangent, normal = new
     there = np.einsum("nk,knd->nd", directions, np.stack(old))

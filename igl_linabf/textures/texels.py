@@ -19,7 +19,7 @@ Size = tuple[int, int]  # width and height
 Rows = tuple[int, int]  # range of rows of a page: first row, and end (exclusive)
 
 
-class Source(IntEnum):
+class SourceMarker(IntEnum):
     """Markers for texels without a source in an array of source texels."""
 
     FREE = -1  # a texel without a value so far
@@ -47,7 +47,7 @@ class Texels:
         """Return the texels of a mask, or of rows."""
         return Texels(self.index[rows], self.face[rows], self.weights[rows])
 
-    def values(self, corners: FloatArray) -> FloatArray:
+    def interpolate(self, corners: FloatArray) -> FloatArray:
         """Interpolate values (#F, 3, k) from the corners of faces to the texels."""
         made = self.weights[:, :1] * corners[self.face, 0]
         for k in (1, 2):
@@ -113,7 +113,7 @@ def _compute_barycentric(
 
 
 @dataclass(frozen=True, eq=False)
-class Nearby:
+class NearbyTexels:
     """Texels near sides of triangles, at a distance of less than 1 in x and in y.
 
     Attributes
@@ -135,7 +135,7 @@ class Nearby:
 
 def find_texels_near_sides(
     start: FloatArray, end: FloatArray, size: Size, rows: Rows | None = None
-) -> Nearby:
+) -> NearbyTexels:
     """Return the texels that a bilinear lookup on sides from `start` to `end`, (#S, 2) each, may use.
 
     If `rows` is given, only the texels in these rows are returned.
@@ -157,7 +157,7 @@ def find_texels_near_sides(
             reach = np.minimum(reach, np.abs(offset + t[:, None] * direction).max(axis=1))
         at = np.clip(np.nan_to_num(-(offset * direction).sum(axis=1) / (direction**2).sum(axis=1)), 0, 1)
     distance, near = np.linalg.norm(offset + at[:, None] * direction, axis=1), reach < 1 + ROUNDING
-    return Nearby(centre[near] @ [1, size[0]], side[near], at[near], distance[near])
+    return NearbyTexels(centre[near] @ [1, size[0]], side[near], at[near], distance[near])
 
 
 def find_boundary_texels(
@@ -181,19 +181,21 @@ def find_boundary_texels(
     return Texels(index, face[of], weights)
 
 
-def find_nearest_known(is_known: BoolArray, steps: int) -> tuple[IntArray, IntArray]:
+def find_nearest_known_texels(is_known: BoolArray, steps: int) -> tuple[IntArray, IntArray]:
     """Return the texels that can be reached from known texels in `steps` steps, and the known texel for each.
 
     `is_known` is a mask of texels, (#rows, #columns).
     """
     index = np.arange(is_known.size).reshape(is_known.shape)
-    source = np.pad(np.where(is_known, index, Source.FREE), 1, constant_values=Source.OUTSIDE).ravel()
+    source = np.pad(
+        np.where(is_known, index, SourceMarker.FREE), 1, constant_values=SourceMarker.OUTSIDE
+    ).ravel()
     edge = np.flatnonzero(np.pad(is_known & ~scipy.ndimage.binary_erosion(is_known, border_value=1), 1))
     wide, found = is_known.shape[1] + 2, [edge[:0]]
     neighbours = np.array([1, -1, wide, -wide, wide + 1, wide - 1, 1 - wide, -1 - wide])
     for _ in range(steps):
         to, by = np.add.outer(neighbours, edge).ravel(), np.tile(source[edge], len(neighbours))
-        free = np.flatnonzero(source[to] == Source.FREE)
+        free = np.flatnonzero(source[to] == SourceMarker.FREE)
         edge, first = np.unique(to[free], return_index=True)
         source[edge] = by[free[first]]
         found.append(edge)

@@ -16,7 +16,7 @@ from ..surface import Polygons, normalize_vectors, vertex_array
 from .baking import check_image_memory, check_padding, list_pages, paint_page
 from .coordinates import Coordinates, MappedTriangles
 from .sampling import Picture
-from .tangents import Frames, change_frames, compute_tangent_frames
+from .tangents import TangentFrames, change_frames, compute_tangent_frames
 from .texels import Size, Texels
 
 SMOOTH_NORMAL = (0.5, 0.5, 1.0, 1.0)  # RGBA of a direction along the normal in a normal map
@@ -95,7 +95,7 @@ def bake_texture(
     True
     """
     size, padding = page_size(resolution), check_padding(padding)
-    mapped = MappedTriangles.of(V, F, atlas)
+    mapped = MappedTriangles.from_mesh(V, F, atlas)
     uv, is_bare = _get_old_coordinates(F, TC, FTC, mapped)
     pictures = _convert_images(images)
     label = _get_labels(labels, len(uv), len(pictures), mapped)
@@ -115,24 +115,28 @@ def bake_texture(
                 own = shown.select(rows)
                 known = ~is_bare[own.face]
                 values[rows[~known]] = bare if frames is None or channels < 3 else SMOOTH_NORMAL[:channels]
-                values[rows[known]] = _look_up(picture, own.select(known), uv, frames, channels)
+                values[rows[known]] = _sample_image(picture, own.select(known), uv, frames, channels)
         return values[has], shown.index[has]
 
     made = [paint_page(page, size, padding, 0.0, values_at) for page in list_pages(mapped, size)]
     return made[0] if len(made) == 1 else np.stack(made)
 
 
-def _look_up(
-    picture: Picture, texels: Texels, uv: FloatArray, frames: tuple[Frames, Frames] | None, channels: int
+def _sample_image(
+    picture: Picture,
+    texels: Texels,
+    uv: FloatArray,
+    frames: tuple[TangentFrames, TangentFrames] | None,
+    channels: int,
 ) -> FloatArray:
     """Look up an old image at the surface points of texels, and convert it to the number of channels."""
-    found = picture.at(texels.values(uv))
+    found = picture.interpolate(texels.interpolate(uv))
     if found.shape[1] < 3 <= channels:  # a grey image, with or without alpha
         found = np.column_stack((np.repeat(found[:, :1], 3, axis=1), found[:, 1:]))
     missing = channels - found.shape[1]
     found = np.column_stack((found, np.ones((len(found), missing)))) if missing > 0 else found
     if frames is not None and channels >= 3:
-        old, new = (Frames(*(texels.values(part) for part in frame)) for frame in frames)
+        old, new = (TangentFrames(*(texels.interpolate(part) for part in frame)) for frame in frames)
         found[:, :3] = normalize_vectors(change_frames(2 * found[:, :3] - 1, old, new)) / 2 + 0.5
     return found
 
@@ -235,7 +239,7 @@ def _get_labels(labels: ArrayLike | None, n_triangles: int, number: int, mapped:
 
 def _compute_frames(
     mapped: MappedTriangles, size: Size, uv: FloatArray, normals: ArrayLike
-) -> tuple[Frames, Frames]:
+) -> tuple[TangentFrames, TangentFrames]:
     """Return the tangent frames of the old and the new map at the corners of triangles."""
     V, F = mapped.V, mapped.F
     if isinstance(normals, str) and normals == "vertices":

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._notebook import html_row, html_table, map_svg
+from .._notebook import arrange_html_row, draw_map_as_svg, format_html_table
 from .._runtime import align_columns
 from .._types import FloatArray, IntArray
 from ..charts import page_size, texture_seams
@@ -204,15 +204,19 @@ class UVCheck:
         )
 
     def __str__(self) -> str:
-        text, sheets = align_columns(self._rows()), self.report.sheets
+        text, sheets = align_columns(self._make_table_rows()), self.report.sheets
         return f"{text}\n\n{align_columns(list_sheets(sheets))}" if len(sheets) > 1 else text
 
     def _repr_html_(self) -> str:
-        troubles = html_table([[line] for line in self.troubles], header=False) if self.troubles else ""
-        picture = map_svg(*self._drawn)
-        return html_row([("", picture), ("", html_table(self._rows(), header=False) + troubles)])
+        troubles = (
+            format_html_table([[line] for line in self.troubles], header=False) if self.troubles else ""
+        )
+        picture = draw_map_as_svg(*self._drawn)
+        return arrange_html_row(
+            [("", picture), ("", format_html_table(self._make_table_rows(), header=False) + troubles)]
+        )
 
-    def _rows(self) -> list[tuple[str, str]]:
+    def _make_table_rows(self) -> list[tuple[str, str]]:
         return [(ROWS[name], _format_figure(name, value)) for name, value in self.figures.items()]
 
 
@@ -336,32 +340,39 @@ def check_uv(
     for name, value in limits.items():
         if value is not None and not is_number(value, 0):
             raise ValueError(f"{name} is {value!r}: give a number from 0 upwards")
-    charts = UVCharts.of(V, F, TC, F if FTC is None else FTC, labels)
+    charts = UVCharts.from_arrays(V, F, TC, F if FTC is None else FTC, labels)
     if not len(charts.F):
         raise MeshError("no face has texture coordinates and an area: unwrap the mesh")
     asked = {name: float(value) for name, value in limits.items() if value is not None}
-    return _measure(charts, width, height, asked)
+    return _measure_charts(charts, width, height, asked)
 
 
-def _measure(charts: UVCharts, width: int, height: int, limits: dict[str, float]) -> UVCheck:
+def _measure_charts(charts: UVCharts, width: int, height: int, limits: dict[str, float]) -> UVCheck:
     """Measure the charts on pages of the given size in texels."""
-    surface = Submesh.from_arrays(charts.V, charts.upright)
+    surface = Submesh.from_arrays(charts.V, charts.upright_triangles)
     aspect = height / width
-    pairs, stack = charts.overlaps
+    pairs, stack = charts.accidental_overlaps
     quality = measure_quality(surface, charts.uv[surface.vertices] * [1, aspect], overlaps=len(pairs))
     ends = _find_seam_ends(charts)
-    flat, area = (np.bincount(charts.chart, x) for x in (np.abs(charts.double_area) / 2, charts.area))
+    flat, area = (
+        np.bincount(charts.chart_of_triangle, x)
+        for x in (np.abs(charts.double_area) / 2, charts.area_in_space)
+    )
     with np.errstate(divide="ignore"):
         density = np.sqrt(flat * aspect / area) * width
-    own = stack == np.arange(charts.number)
+    own = stack == np.arange(charts.n_charts)
     margins = measure_margins(charts, own, bool(len(pairs)), (width, height))
     n = len(charts.split.polygons)
-    chart, face, flipped = np.full(n, -1), charts.split.face[charts.rows], charts.faces_of(charts.flipped)
-    chart[face[::-1]] = charts.chart[::-1]
+    chart, face, flipped = (
+        np.full(n, -1),
+        charts.split.face[charts.rows],
+        charts.get_input_faces(charts.is_flipped),
+    )
+    chart[face[::-1]] = charts.chart_of_triangle[::-1]
     report = UVCheckReport(
         faces=n,
         unmapped=len(charts.unmapped),
-        mirrored=int(charts.mirrored.sum()),
+        mirrored=int(charts.is_mirrored.sum()),
         stacked=int((~own).sum()),
         seams=len(ends),
         quality=quality,
@@ -377,7 +388,7 @@ def _measure(charts: UVCharts, width: int, height: int, limits: dict[str, float]
         sheets=tuple(measure_sheets(charts, own, pairs, aspect, width)),
     )
     return UVCheck(
-        charts=charts.number,
+        charts=charts.n_charts,
         flips=len(flipped),
         overlaps=len(pairs),
         seam_length=float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum()),
@@ -389,7 +400,7 @@ def _measure(charts: UVCharts, width: int, height: int, limits: dict[str, float]
         flipped=flipped,
         overlapping=face[pairs],
         report=report,
-        _drawn=(charts.uv, charts.upright, charts.chart),
+        _drawn=(charts.uv, charts.upright_triangles, charts.chart_of_triangle),
     )
 
 

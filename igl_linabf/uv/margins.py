@@ -35,9 +35,9 @@ class Margins:
 
 def measure_margins(charts: UVCharts, own: BoolArray, overlap: bool, size: tuple[int, int]) -> Margins:
     """Measure the margins of the charts selected by `own`; `between` is zero if charts `overlap`."""
-    page, (low, high) = charts.page[own], (box[own] for box in charts.boxes)
+    page, (low, high) = charts.page_corners[own], (box[own] for box in charts.bounding_boxes)
     border = float((np.minimum(low - page, page + 1 - high) * size).min())
-    sheet = charts.sheet[own]
+    sheet = charts.sheet_of_chart[own]
     between = 0.0 if overlap else _find_least_distance(_extract_outlines(charts, own, size), sheet, max(size))
     return Margins(between, border, len(np.unique(sheet)))
 
@@ -46,8 +46,8 @@ def _extract_outlines(
     charts: UVCharts, own: BoolArray, size: tuple[int, int]
 ) -> list[shapely.MultiLineString]:
     """Return the outlines of the selected charts, in texels: the sides that belong to only one triangle."""
-    rows = np.flatnonzero(own[charts.chart])
-    F, of = charts.F[rows], np.repeat(charts.chart[rows], 3)
+    rows = np.flatnonzero(own[charts.chart_of_triangle])
+    F, of = charts.F[rows], np.repeat(charts.chart_of_triangle[rows], 3)
     tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()
     n = len(charts.uv)
     key = (of * n + np.minimum(tail, head)) * n + np.maximum(tail, head)

@@ -142,40 +142,43 @@ def pack(
     """
     if scale not in SCALES:
         raise ValueError(f"scale is {scale!r}: use one of {', '.join(map(repr, SCALES))}")
-    charts = UVCharts.of(V, F, TC, FTC, labels)
+    charts = UVCharts.from_arrays(V, F, TC, FTC, labels)
     packing = resolve_packing(packing)
     width, height = page_size(packing.resolution or 1)
     aspect = height / width
-    flat = np.bincount(charts.chart, np.abs(charts.double_area) / 2, charts.number) * aspect
-    area = np.bincount(charts.chart, charts.area, charts.number)
+    flat = np.bincount(charts.chart_of_triangle, np.abs(charts.double_area) / 2, charts.n_charts) * aspect
+    area = np.bincount(charts.chart_of_triangle, charts.area_in_space, charts.n_charts)
     sizes = _measure_sizes(charts)
     solid = flat > ROUNDING * sizes**2
     if not solid.any():
         raise MeshError("no face has texture coordinates with an area: unwrap the mesh")
-    even = np.full(charts.number, np.sqrt(area[solid].sum() / flat[solid].sum()))
+    even = np.full(charts.n_charts, np.sqrt(area[solid].sum() / flat[solid].sum()))
     if scale == "even":
         even[solid] = np.sqrt(area[solid] / flat[solid])
-    first = charts.overlaps[1]
-    rows = np.split(np.argsort(charts.chart, kind="stable"), np.cumsum(np.bincount(charts.chart))[:-1])
+    first = charts.accidental_overlaps[1]
+    rows = np.split(
+        np.argsort(charts.chart_of_triangle, kind="stable"),
+        np.cumsum(np.bincount(charts.chart_of_triangle))[:-1],
+    )
     unseen = (
-        _find_unseen(V, charts, rows, first) if packing.unseen != 1 else np.zeros(charts.number, dtype=bool)
+        _find_unseen(V, charts, rows, first) if packing.unseen != 1 else np.zeros(charts.n_charts, dtype=bool)
     )
     even[unseen] *= packing.unseen
-    own = np.flatnonzero(solid & (first == np.arange(charts.number)))
+    own = np.flatnonzero(solid & (first == np.arange(charts.n_charts)))
     z = complex_positions(charts.uv * [1, aspect])
     maps = []
     for i in own.tolist():
-        used, local = np.unique(charts.upright[rows[i]], return_inverse=True)
+        used, local = np.unique(charts.upright_triangles[rows[i]], return_inverse=True)
         corner = z[used].real.min() + 1j * z[used].imag.min()
         maps.append((real_coordinates(even[i] * (z[used] - corner)), local.reshape(-1, 3), corner))
     placed = pack_charts([(uv, faces) for uv, faces, _ in maps], replace(packing, unseen=1.0), rotate=rotate)
-    turn, shift = np.zeros((2, charts.number), dtype=np.complex128)
-    page = np.zeros(charts.number, dtype=np.int64)
-    stack = np.where(solid, first, np.arange(charts.number))
+    turn, shift = np.zeros((2, charts.n_charts), dtype=np.complex128)
+    page = np.zeros(charts.n_charts, dtype=np.int64)
+    stack = np.where(solid, first, np.arange(charts.n_charts))
     for i, new, (_, _, corner) in zip(own.tolist(), placed, maps, strict=True):
         turn[i] = new.ratio * even[i]
         shift[i], page[i] = new.shift - turn[i] * corner, new.page
-    lost = charts.faces_of(~solid[charts.chart])
+    lost = charts.get_input_faces(~solid[charts.chart_of_triangle])
     if len(lost):
         text = (
             f"the charts of faces {first_few(lost)} have no area in the map and are left at the page's corner"
@@ -189,13 +192,13 @@ def pack(
 def _find_unseen(V: ArrayLike, charts: UVCharts, rows: list[IntArray], first: IntArray) -> BoolArray:
     """Return a mask of the charts in invisible stacks; `first` is the first chart of each stack."""
     seen = ~find_unseen_charts(vertex_array(V), charts.split.F, [charts.rows[own] for own in rows])
-    return np.asarray(np.bincount(first, seen, charts.number)[first] == 0)
+    return np.asarray(np.bincount(first, seen, charts.n_charts)[first] == 0)
 
 
 def _measure_sizes(charts: UVCharts) -> FloatArray:
     """Return the largest coordinate of each chart."""
-    size = np.zeros(charts.number)
-    np.maximum.at(size, charts.chart, np.abs(charts.uv[charts.F]).max(axis=(1, 2)))
+    size = np.zeros(charts.n_charts)
+    np.maximum.at(size, charts.chart_of_triangle, np.abs(charts.uv[charts.F]).max(axis=(1, 2)))
     return size
 
 
@@ -213,7 +216,7 @@ def _build_packed_uv(
     `turned` has the old positions in page widths, and the rotation and translation of each chart.
     """
     old, turn, shift = turned
-    key = np.column_stack((charts.chart.repeat(3), charts.F.ravel()))
+    key = np.column_stack((charts.chart_of_triangle.repeat(3), charts.F.ravel()))
     pairs, corner = np.unique(key, axis=0, return_inverse=True)
     z = old[pairs[:, 1]] * turn[pairs[:, 0]] + shift[pairs[:, 0]]
     polygons = charts.split.polygons
@@ -223,7 +226,7 @@ def _build_packed_uv(
     place = np.zeros(len(charts.uv), dtype=np.int64)
     place[pairs[::-1, 1]] = np.arange(len(pairs))[::-1]
     at[charts.rows_aside] = place[charts.F_aside]
-    faces[charts.split.face[charts.rows][::-1]] = charts.chart[::-1]
+    faces[charts.split.face[charts.rows][::-1]] = charts.chart_of_triangle[::-1]
     known = charts.split.convert_to_polygon_corners(at)
     TC, FTC = real_coordinates(z) / [1, aspect], polygons.reshape_like_faces(known)
     return PackedUV(TC, FTC, faces, page, fill, scale, unseen, len(charts.unmapped))

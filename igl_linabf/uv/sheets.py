@@ -9,7 +9,7 @@ import numpy as np
 
 from .._types import BoolArray, IntArray
 from ..measures import format_pair_count
-from .uv_charts import UVCharts, take_first_of_each_label
+from .uv_charts import UVCharts, get_first_of_each_label
 
 
 @dataclass(frozen=True)
@@ -48,19 +48,20 @@ def measure_sheets(
     `own` are the first charts of all stacks, and `pairs` the triangles that overlap by accident. A page is
     `width` texels wide, and `aspect` times as high.
     """
-    sheet, number = charts.sheet, int(charts.sheet.max()) + 1
-    of, face = sheet[charts.chart], charts.split.face[charts.rows]
-    flips = np.unique(np.column_stack((of, face))[charts.flipped], axis=0)[:, 0]
+    sheet, number = charts.sheet_of_chart, int(charts.sheet_of_chart.max()) + 1
+    of, face = sheet[charts.chart_of_triangle], charts.split.face[charts.rows]
+    flips = np.unique(np.column_stack((of, face))[charts.is_flipped], axis=0)[:, 0]
     flat = np.abs(charts.double_area) / 2
     covered, area_in_map, area = (
-        np.bincount(of, x, number) for x in (flat * own[charts.chart], flat * aspect, charts.area)
+        np.bincount(of, x, number)
+        for x in (flat * own[charts.chart_of_triangle], flat * aspect, charts.area_in_space)
     )
     counts = [
         np.bincount(rows, minlength=number).tolist() for rows in (sheet, sheet[~own], flips, of[pairs[:, 0]])
     ]
-    chart = take_first_of_each_label(np.arange(charts.number), sheet).tolist()
+    chart = get_first_of_each_label(np.arange(charts.n_charts), sheet).tolist()
     for i, (first, n_charts, n_stacked, n_flips, n_overlaps) in enumerate(zip(chart, *counts, strict=True)):
-        left, low = charts.page[first].astype(int).tolist()
+        left, low = charts.page_corners[first].astype(int).tolist()
         density = float(np.sqrt(area_in_map[i] / area[i]) * width)
         image = charts.images[charts.image_of_chart[first]].item()
         fill = float(covered[i])

@@ -71,7 +71,7 @@ class UVCharts:
     images: NDArray[Any]
 
     @classmethod
-    def of(
+    def from_arrays(
         cls, V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike, labels: ArrayLike | None = None
     ) -> UVCharts:
         """Check the arrays, and merge equal corners; `labels` has the texture image of each face.
@@ -135,7 +135,7 @@ class UVCharts:
         return F, np.column_stack((order[same], order[same + 1]))
 
     @cached_property
-    def turned(self) -> BoolArray:
+    def is_reversed(self) -> BoolArray:
         """Mask of the triangles whose orientation in space differs from most of the surface around them.
 
         The faces of a mesh may be oriented at random. Therefore, a triangle of the map is called flipped
@@ -150,10 +150,10 @@ class UVCharts:
     def double_area(self) -> FloatArray:
         """Twice the signed area of each triangle in the map, with all triangles oriented alike in space."""
         areas = signed_double_areas(complex_positions(self.uv), np.ascontiguousarray(self.F.T))
-        return np.where(self.turned, -areas, areas)
+        return np.where(self.is_reversed, -areas, areas)
 
     @cached_property
-    def area(self) -> FloatArray:
+    def area_in_space(self) -> FloatArray:
         """The area of each triangle in space."""
         a, b, c = self.V[self.F.T]
         return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
@@ -176,7 +176,7 @@ class UVCharts:
         return np.asarray(pairs[self.image[pairs[:, 0]] == self.image[pairs[:, 1]]])
 
     @cached_property
-    def chart(self) -> IntArray:
+    def chart_of_triangle(self) -> IntArray:
         """The chart of each triangle.
 
         If the map folds over along edges, for example between two halves that share their texture, the parts
@@ -187,8 +187,8 @@ class UVCharts:
         one, other = self._adjacent.T
         parts = _renumber(connected_labels(self._adjacent[sign[one] == sign[other]], len(self.F)))
         share = (
-            np.bincount(parts, self.area)
-            / np.bincount(islands, self.area)[take_first_of_each_label(islands, parts)]
+            np.bincount(parts, self.area_in_space)
+            / np.bincount(islands, self.area_in_space)[get_first_of_each_label(islands, parts)]
         )
         # large reversed parts are mirrored charts; the triangles of small reversed parts are flipped
         large = share >= LEAST_MIRRORED_SHARE
@@ -196,54 +196,54 @@ class UVCharts:
         return _renumber(connected_labels(joined, len(self.F)))
 
     @cached_property
-    def number(self) -> int:
+    def n_charts(self) -> int:
         """The number of charts."""
-        return int(self.chart.max(initial=-1)) + 1
+        return int(self.chart_of_triangle.max(initial=-1)) + 1
 
     @cached_property
     def image_of_chart(self) -> IntArray:
         """The image of each chart."""
-        return take_first_of_each_label(self.image, self.chart)
+        return get_first_of_each_label(self.image, self.chart_of_triangle)
 
     @cached_property
-    def boxes(self) -> tuple[FloatArray, FloatArray]:
+    def bounding_boxes(self) -> tuple[FloatArray, FloatArray]:
         """The lower left and the upper right corner of the box around each chart, (#charts, 2) each."""
-        low, high = np.full((2, self.number, 2), np.inf) * np.array([1, -1])[:, None, None]
+        low, high = np.full((2, self.n_charts, 2), np.inf) * np.array([1, -1])[:, None, None]
         for k in range(3):
-            np.minimum.at(low, self.chart, self.uv[self.F[:, k]])
-            np.maximum.at(high, self.chart, self.uv[self.F[:, k]])
+            np.minimum.at(low, self.chart_of_triangle, self.uv[self.F[:, k]])
+            np.maximum.at(high, self.chart_of_triangle, self.uv[self.F[:, k]])
         return low, high
 
     @cached_property
-    def page(self) -> FloatArray:
+    def page_corners(self) -> FloatArray:
         """The lower left corner of the page of each chart, (#charts, 2)."""
-        low, high = self.boxes
+        low, high = self.bounding_boxes
         return np.floor((low + high) / 2)
 
     @cached_property
-    def sheet(self) -> IntArray:
+    def sheet_of_chart(self) -> IntArray:
         """The sheet of each chart, which is a page of one image; sheets are sorted by image and page."""
-        keys = np.column_stack((self.image_of_chart, self.page[:, ::-1]))
+        keys = np.column_stack((self.image_of_chart, self.page_corners[:, ::-1]))
         return np.unique(keys, axis=0, return_inverse=True)[1].ravel().astype(np.int64)
 
     @cached_property
-    def mirrored(self) -> BoolArray:
+    def is_mirrored(self) -> BoolArray:
         """Mask of the charts that are mirrored."""
-        return np.asarray(np.bincount(self.chart, self.double_area, self.number) < 0)
+        return np.asarray(np.bincount(self.chart_of_triangle, self.double_area, self.n_charts) < 0)
 
     @cached_property
-    def flipped(self) -> BoolArray:
+    def is_flipped(self) -> BoolArray:
         """Mask of the triangles that are flipped within their chart, or have no area in the map."""
-        return ~(np.where(self.mirrored[self.chart], -1, 1) * self.double_area > 0)
+        return ~(np.where(self.is_mirrored[self.chart_of_triangle], -1, 1) * self.double_area > 0)
 
     @cached_property
-    def upright(self) -> IntArray:
+    def upright_triangles(self) -> IntArray:
         """The triangles in counterclockwise order in the map, with mirrored charts reversed."""
-        reverse = self.mirrored[self.chart] ^ self.turned
+        reverse = self.is_mirrored[self.chart_of_triangle] ^ self.is_reversed
         return np.where(reverse[:, None], self.F[:, ::-1], self.F)
 
     @cached_property
-    def overlaps(self) -> tuple[IntArray, IntArray]:
+    def accidental_overlaps(self) -> tuple[IntArray, IntArray]:
         """Pairs of triangles (#P, 2) that overlap by accident, and the first chart stacked with each chart.
 
         Two charts are stacked if each covers most of the other. A chart that is not stacked is a stack by
@@ -251,15 +251,15 @@ class UVCharts:
         than `MAX_PAIRS` pairs overlap, only the first chart of each stack is compared. The list of pairs is
         incomplete if it has more than `MAX_PAIRS` rows.
         """
-        same = self._same_triangles
-        firsts = np.flatnonzero(same == np.arange(self.number))
-        pairs, stack = self._compare(firsts, MAX_PAIRS)
+        same = self._first_with_same_triangles
+        firsts = np.flatnonzero(same == np.arange(self.n_charts))
+        pairs, stack = self._find_accidental_overlaps(firsts, MAX_PAIRS)
         if len(pairs) > MAX_PAIRS:
             halves = self._stack_halves(firsts)
             kept = np.unique(halves)
-            pairs, stack = self._compare(kept, MAX_PAIRS)
+            pairs, stack = self._find_accidental_overlaps(kept, MAX_PAIRS)
             stack = stack[np.searchsorted(kept, halves)]
-        first = np.zeros(self.number, dtype=np.int64)
+        first = np.zeros(self.n_charts, dtype=np.int64)
         first[firsts] = stack
         return pairs, first[same]
 
@@ -268,38 +268,38 @@ class UVCharts:
 
         Split the charts into halves until each part has at most `PAIRS_AT_ONCE` overlapping pairs.
         """
-        pairs, stack = self._compare(charts, PAIRS_AT_ONCE)
+        pairs, stack = self._find_accidental_overlaps(charts, PAIRS_AT_ONCE)
         if len(pairs) <= PAIRS_AT_ONCE or len(charts) < 2:
             return stack
         halves = np.concatenate([self._stack_halves(half) for half in np.array_split(charts, 2)])
         firsts = np.unique(halves)
         if len(firsts) == len(charts):
             return halves
-        return self._compare(firsts, PAIRS_AT_ONCE)[1][np.searchsorted(firsts, halves)]
+        return self._find_accidental_overlaps(firsts, PAIRS_AT_ONCE)[1][np.searchsorted(firsts, halves)]
 
-    def _compare(self, charts: IntArray, limit: int) -> tuple[IntArray, IntArray]:
+    def _find_accidental_overlaps(self, charts: IntArray, limit: int) -> tuple[IntArray, IntArray]:
         """Return the pairs of triangles that overlap by accident, and the first chart of each chart's stack.
 
         Only the given charts are compared. If there are more pairs than `limit`, the list is incomplete, and
         no charts are stacked.
         """
         z = self._scaled
-        is_compared = np.zeros(self.number, dtype=bool)
+        is_compared = np.zeros(self.n_charts, dtype=bool)
         is_compared[charts] = True
-        rows = np.flatnonzero(is_compared[self.chart])
-        pairs = rows[find_overlaps(z, self.upright[rows], self.image[rows], limit)]
-        of = self.chart[pairs]
+        rows = np.flatnonzero(is_compared[self.chart_of_triangle])
+        pairs = rows[find_overlaps(z, self.upright_triangles[rows], self.image[rows], limit)]
+        of = self.chart_of_triangle[pairs]
         between = np.flatnonzero(of[:, 0] != of[:, 1])
         if not len(between) or len(pairs) > limit:
             return pairs, charts
         ends = np.sort(of[between], axis=1)
-        key, number = np.unique(ends[:, 0] * self.number + ends[:, 1], return_inverse=True)
-        one, other = np.divmod(key, self.number)
-        common = np.bincount(number, common_areas(z, self.upright, pairs[between]))
+        key, number = np.unique(ends[:, 0] * self.n_charts + ends[:, 1], return_inverse=True)
+        one, other = np.divmod(key, self.n_charts)
+        common = np.bincount(number, common_areas(z, self.upright_triangles, pairs[between]))
         on_purpose = common >= MIN_STACKED_SHARE * np.maximum(*self._scaled_area[[one, other]])
         kept = np.ones(len(pairs), dtype=bool)
         kept[between] = ~on_purpose[number]
-        return pairs[kept], _stack_on_first(one[on_purpose], other[on_purpose], self.number)[charts]
+        return pairs[kept], _stack_on_first(one[on_purpose], other[on_purpose], self.n_charts)[charts]
 
     @cached_property
     def _scaled(self) -> ComplexArray:
@@ -310,21 +310,23 @@ class UVCharts:
     def _scaled_area(self) -> FloatArray:
         """The area of each chart in the scaled map."""
         area = np.abs(signed_double_areas(self._scaled, np.ascontiguousarray(self.F.T))) / 2
-        return np.asarray(np.bincount(self.chart, area, self.number))
+        return np.asarray(np.bincount(self.chart_of_triangle, area, self.n_charts))
 
     @cached_property
-    def _same_triangles(self) -> IntArray:
+    def _first_with_same_triangles(self) -> IntArray:
         """For each chart, the first chart with the same image and the same triangles in the map."""
         step = max(float(np.abs(self.uv).max(initial=0)), 1.0) * SAME_POINT_TOL
         place = _merge_equal_rows(np.round(self.uv / step))[1]
         kind = _merge_equal_rows(np.sort(place[self.F], axis=1).astype(np.float64))[1]
-        order = np.lexsort((kind, self.chart))
-        rows = np.split(kind[order], np.searchsorted(self.chart[order], np.arange(1, self.number)))
+        order = np.lexsort((kind, self.chart_of_triangle))
+        rows = np.split(
+            kind[order], np.searchsorted(self.chart_of_triangle[order], np.arange(1, self.n_charts))
+        )
         known: dict[tuple[int, bytes], int] = {}
         keys = zip(self.image_of_chart.tolist(), map(np.ndarray.tobytes, rows), strict=True)
         return np.array([known.setdefault(key, i) for i, key in enumerate(keys)], dtype=np.int64)
 
-    def faces_of(self, triangles: IntArray | BoolArray) -> IntArray:
+    def get_input_faces(self, triangles: IntArray | BoolArray) -> IntArray:
         """Return the caller's faces that contain the given triangles."""
         return np.unique(self.split.face[self.rows[triangles]])
 
@@ -368,6 +370,6 @@ def _renumber(label: IntArray) -> IntArray:
     return np.asarray(np.argsort(np.argsort(first))[inverse.ravel()])
 
 
-def take_first_of_each_label(values: IntArray, label: IntArray) -> IntArray:
+def get_first_of_each_label(values: IntArray, label: IntArray) -> IntArray:
     """Return the first value of each label 0, 1, ..."""
     return np.asarray(values[np.unique(label, return_index=True)[1]])

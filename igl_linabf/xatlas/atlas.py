@@ -96,7 +96,7 @@ class Atlas:
             if array is not None:
                 check_shape(name, array, columns, n)
         check_shape("indices", indices, 3)
-        self._add(vertex_array(positions, 3, "positions"), indices, None)
+        self._add_given_mesh(vertex_array(positions, 3, "positions"), indices, None)
 
     def add_uv_mesh(
         self, uvs: ArrayLike, indices: ArrayLike, face_materials: ArrayLike | None = None
@@ -125,9 +125,9 @@ class Atlas:
             column = column[:, None] if column.ndim == 1 else column
             check_shape("face_materials", column, 1, n_faces)
             materials = column.ravel()
-        self._add(vertex_array(uvs, 2, "uvs"), indices, materials, is_uv=True)
+        self._add_given_mesh(vertex_array(uvs, 2, "uvs"), indices, materials, is_uv=True)
 
-    def _add(
+    def _add_given_mesh(
         self, points: FloatArray, indices: ArrayLike, materials: IntArray | None, *, is_uv: bool = False
     ) -> None:
         F = face_array(indices)
@@ -206,7 +206,7 @@ class Atlas:
         IndexError
             The atlas has no such mesh.
         """
-        mesh = self._mesh(mesh_index)
+        mesh = self._get_mesh(mesh_index)
         return mesh.origin.astype(np.uint32), mesh.indices.astype(np.uint32), mesh.uv.astype(np.float32)
 
     def __getitem__(self, mesh_index: int) -> Arrays:
@@ -260,19 +260,19 @@ class Atlas:
 
         Charts are numbered over all meshes. Vertices of pieces without area have the number 2**32 - 1.
         """
-        mesh = self._mesh(mesh_index)
+        mesh = self._get_mesh(mesh_index)
         chart = mesh.chart_of_vertices
         page = np.append(mesh.page, -1)[chart]
-        chart[chart >= 0] += self._first_chart(mesh_index)
+        chart[chart >= 0] += self._count_charts_before(mesh_index)
         return page.astype(np.uint32), chart.astype(np.uint32)
 
     def get_mesh_chart_count(self, mesh_index: int) -> int:
         """Return the number of charts of a mesh."""
-        return len(self._mesh(mesh_index).page)
+        return len(self._get_mesh(mesh_index).page)
 
     def get_mesh_chart(self, mesh_index: int, chart_index: int) -> Chart:
         """Return a chart of a mesh; charts are numbered within the mesh."""
-        mesh = self._mesh(mesh_index)
+        mesh = self._get_mesh(mesh_index)
         _check_index("Chart", chart_index, len(mesh.page), "mesh")
         faces = np.flatnonzero(mesh.chart == chart_index)
         materials = self._given[mesh_index].materials
@@ -306,14 +306,16 @@ class Atlas:
             texels = find_covered_texels(
                 mesh.uv[mesh.indices[on]] * self._size - 0.5, (self.width, self.height)
             )
-            image.reshape(-1, 3)[texels.index] = colours[self._first_chart(i) + mesh.chart[on[texels.face]]]
+            image.reshape(-1, 3)[texels.index] = colours[
+                self._count_charts_before(i) + mesh.chart[on[texels.face]]
+            ]
         return image
 
-    def _first_chart(self, mesh_index: int) -> int:
+    def _count_charts_before(self, mesh_index: int) -> int:
         """Return the number of charts of all meshes before the given mesh: the number of its first chart."""
         return sum(len(mesh.page) for mesh in self._packed[:mesh_index])
 
-    def _mesh(self, mesh_index: int) -> PackedMesh:
+    def _get_mesh(self, mesh_index: int) -> PackedMesh:
         _check_index("Mesh", mesh_index, len(self._packed), "atlas")
         return self._packed[mesh_index]
 

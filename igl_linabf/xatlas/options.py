@@ -114,7 +114,7 @@ class PackOptions:
         return not self.resolution and bool(self.texels_per_unit)
 
     @property
-    def first_resolution(self) -> int:
+    def resolution_or_default(self) -> int:
         """The given resolution, or the default resolution of the first packing."""
         return self.resolution or DEFAULT_RESOLUTION
 
@@ -122,9 +122,9 @@ class PackOptions:
     def packing(self) -> Packing:
         """The packing at the first resolution, at the given texel density if both are given."""
         density = self.texels_per_unit if self.resolution and self.texels_per_unit else None
-        return replace(self.at_resolution(self.first_resolution), texel_density=density)
+        return replace(self.packing_at_resolution(self.resolution_or_default), texel_density=density)
 
-    def at_resolution(self, resolution: int) -> Packing:
+    def packing_at_resolution(self, resolution: int) -> Packing:
         """Return the packing for one page of a resolution."""
         padding = max(self.padding, FILTERED_TEXELS * self.bilinear)
         return Packing(resolution=resolution, padding=padding)
@@ -135,8 +135,8 @@ def warn_of_ignored_options(charts: ChartOptions, pack: PackOptions, *, keeps_ro
 
     `keeps_rotation` says whether charts have a direction that they can keep.
     """
-    ignored = _changed(charts) - {"ChartOptions.fix_winding"}
-    changed = _changed(pack)
+    ignored = _list_changed_options(charts) - {"ChartOptions.fix_winding"}
+    changed = _list_changed_options(pack)
     rotations = {f"PackOptions.{name}" for name in ROTATIONS} & changed
     ignored |= {f"PackOptions.{name}" for name in IGNORED_PACKING} & changed
     if not (keeps_rotation and len(rotations) == len(ROTATIONS)):
@@ -150,7 +150,7 @@ def warn_of_ignored_options(charts: ChartOptions, pack: PackOptions, *, keeps_ro
         )
 
 
-def _changed(options: ChartOptions | PackOptions) -> set[str]:
+def _list_changed_options(options: ChartOptions | PackOptions) -> set[str]:
     """Return the names of the options that differ from their defaults."""
     return {
         f"{type(options).__name__}.{field.name}"

@@ -66,7 +66,7 @@ class PackedMesh:
     @property
     def page_of_faces(self) -> IntArray:
         """Page of each face, or -1."""
-        return _look_up(self.page, self.chart)
+        return _index_or_minus_one(self.page, self.chart)
 
     @property
     def areas(self) -> FloatArray:
@@ -95,14 +95,14 @@ class PackedMeshes:
 
 def unwrap_meshes(meshes: Sequence[GivenMesh], options: PackOptions) -> PackedMeshes:
     """Unwrap meshes onto common pages."""
-    resolution, packing = options.first_resolution, options.packing
+    resolution, packing = options.resolution_or_default, options.packing
     atlases = [_unwrap_quietly(mesh, packing) for mesh in meshes]
     if len(atlases) > 1:
         atlases = pack_together(atlases, packing)
     scale = max(atlas.report.scale for atlas in atlases)
     if options.has_open_resolution and scale:
         resolution = int(np.ceil(options.texels_per_unit / scale))
-        atlases = pack_together(atlases, options.at_resolution(resolution))
+        atlases = pack_together(atlases, options.packing_at_resolution(resolution))
         scale = max(atlas.report.scale for atlas in atlases)
     made = [_split_at_seams(*pair) for pair in zip(meshes, atlases, strict=True)]
     return PackedMeshes(made, resolution, scale)
@@ -113,11 +113,11 @@ def pack_uv_meshes(meshes: Sequence[GivenMesh], options: PackOptions) -> PackedM
     divided = [_divide_into_charts(mesh) for mesh in meshes]
     charts = [chart for mesh in divided for chart in _list_charts(mesh)]
     rotate = options.rotate_charts or options.rotate_charts_to_axis
-    resolution = options.first_resolution
+    resolution = options.resolution_or_default
     placed = pack_charts(charts, options.packing, rotate=rotate)
     if options.has_open_resolution and placed:
         resolution = int(np.ceil(options.texels_per_unit / abs(placed[0].ratio)))
-        placed = pack_charts(charts, options.at_resolution(resolution), rotate=rotate)
+        placed = pack_charts(charts, options.packing_at_resolution(resolution), rotate=rotate)
     made, first = [], 0
     for mesh in divided:
         made.append(_place_charts(mesh, placed[first : first + len(mesh.page)]))
@@ -131,7 +131,7 @@ def _place_charts(mesh: PackedMesh, placed: Sequence[PackedChart]) -> PackedMesh
     ratio, shift = np.array([*((chart.ratio, chart.shift) for chart in placed), (0, 0)]).T  # 0 for chart -1
     at = mesh.chart_of_vertices
     z = ratio[at] * complex_positions(mesh.uv) + shift[at]
-    return replace(mesh, uv=_onto_page(real_coordinates(z), page, at), page=page)
+    return replace(mesh, uv=_make_page_relative(real_coordinates(z), page, at), page=page)
 
 
 def _unwrap_quietly(mesh: GivenMesh, packing: Packing) -> UnwrappedMesh:
@@ -150,7 +150,7 @@ def _split_at_seams(mesh: GivenMesh, atlas: UnwrappedMesh) -> PackedMesh:
     pairs, corner = np.unique(np.asarray(atlas.FTC) * n + mesh.F, return_inverse=True)
     indices = corner.reshape(mesh.F.shape)
     split = PackedMesh(pairs % n, indices, atlas.TC[pairs // n], atlas.chart, atlas.page)
-    return replace(split, uv=_onto_page(split.uv, atlas.page, split.chart_of_vertices))
+    return replace(split, uv=_make_page_relative(split.uv, atlas.page, split.chart_of_vertices))
 
 
 def _divide_into_charts(mesh: GivenMesh) -> PackedMesh:
@@ -184,12 +184,12 @@ def _list_charts(mesh: PackedMesh) -> list[tuple[FloatArray, IntArray]]:
     ]
 
 
-def _onto_page(uv: FloatArray, page: IntArray, chart: IntArray) -> FloatArray:
+def _make_page_relative(uv: FloatArray, page: IntArray, chart: IntArray) -> FloatArray:
     """Return coordinates relative to the page of each vertex' chart, in place of UDIM tiles."""
-    on = np.maximum(_look_up(page, chart), 0)
+    on = np.maximum(_index_or_minus_one(page, chart), 0)
     return np.asarray(uv - np.column_stack((on % UDIM_ROW, on // UDIM_ROW)))
 
 
-def _look_up(values: IntArray, index: IntArray) -> IntArray:
+def _index_or_minus_one(values: IntArray, index: IntArray) -> IntArray:
     """Return `values[index]`, or -1 where the index is -1."""
     return np.append(values, -1)[index]

@@ -13,7 +13,7 @@ import pytest
 from conftest import load
 
 from igl_linabf import MeshWarning, compare, flatten, quality, unwrap
-from igl_linabf._notebook import map_svg
+from igl_linabf._notebook import draw_map_as_svg
 from igl_linabf._notebook.pages import MAX_DRAWN_CHARTS
 from igl_linabf.surface import Submesh
 
@@ -115,7 +115,7 @@ def list_outlines(svg: str) -> list[np.ndarray]:
 
 def test_a_picture_has_v_upwards() -> None:
     uv = np.array([[5, 1], [9, 1], [5, 3.0]])
-    (outline,) = list_outlines(map_svg(uv, np.array([[0, 1, 2]])))
+    (outline,) = list_outlines(draw_map_as_svg(uv, np.array([[0, 1, 2]])))
     scale = np.ptp(outline[:, 0]) / 4
     wanted = np.column_stack((uv[:, 0] - 5, 3 - uv[:, 1])) * scale + outline.min(axis=0)
     assert {tuple(p) for p in np.round(wanted).tolist()} == {tuple(p) for p in np.round(outline).tolist()}
@@ -130,7 +130,7 @@ def test_only_the_largest_of_many_charts_are_drawn() -> None:
     for i, s in enumerate(size.tolist()):
         F += [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]][: 2 if s == 1 else 1]
         piece += [i] * (2 if s == 1 else 1)
-    outlines = list_outlines(map_svg(np.array(squares).reshape(-1, 2), np.array(F), np.array(piece)))
+    outlines = list_outlines(draw_map_as_svg(np.array(squares).reshape(-1, 2), np.array(F), np.array(piece)))
     assert len(outlines) == MAX_DRAWN_CHARTS
     assert sum(len(outline) == 4 for outline in outlines) == (size == 1).sum()
 

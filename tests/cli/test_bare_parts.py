@@ -80,7 +80,7 @@ def test_images_are_baked_for_the_other_parts(scene: Path, capsys: pytest.Captur
     (picture,) = image_maps(mesh)["baseColorTexture"]
     for part, colour in (("ball", RED), ("lamp", (1.0, 1.0, 1.0))):
         centres = mesh.TC[mesh.FTC].mean(axis=1)[find_faces(mesh, part)]
-        assert np.allclose(picture.at(centres)[:, :3], colour, atol=0.01)
+        assert np.allclose(picture.interpolate(centres)[:, :3], colour, atol=0.01)
 
 
 def test_second_coordinates_leave_the_first_ones_of_the_other_parts(

@@ -41,7 +41,7 @@ def test_both_hemispheres_are_flat_upright_and_at_the_scale_of_lengths(subject: 
         assert flat.quality.flips == flat.quality.overlaps == 0
         laid = np.isfinite(uv[:, 0])
         assert (np.unique(F) == np.flatnonzero(laid)).all()
-        assert not (laid & ~flat.cuts.stays).any()
+        assert not (laid & ~flat.cuts.is_kept).any()
         least = distance_error(V, F, uv)
         assert least == pytest.approx(flat.quality.distance_error, abs=0.01)
         assert all(distance_error(V, F, s * uv) > least for s in (0.95, 1.05))
@@ -105,7 +105,7 @@ def test_a_piece_that_a_cut_and_the_wall_enclose_is_left_out_with_a_warning(
     flat = flatten_hemisphere(subject, "lh")
     sphere = freesurfer.read_geometry(subject / "surf" / "lh.sphere.reg")[0] / 100
     cut = max(flat.cuts.paths, key=len)
-    stays = flat.cuts.stays.copy()
+    stays = flat.cuts.is_kept.copy()
     # extend the wall by an arm that touches the middle of the longest cut
     start, end = sphere[cut[len(cut) // 3]], sphere[cut[-1]]
     bow = (start + end) / 2 + 0.6 * np.cross(start, end) / np.linalg.norm(np.cross(start, end))
@@ -127,12 +127,12 @@ def test_a_piece_that_a_cut_and_the_wall_enclose_is_left_out_with_a_warning(
 def test_a_template_can_be_a_patch_and_its_sphere(subject: Path, tmp_path: Path) -> None:
     flat = flatten_hemisphere(subject, "rh")
     patch, sphere = tmp_path / "rh.mine.patch.3d", subject / "surf" / "rh.sphere.reg"
-    kept = np.flatnonzero(flat.cuts.stays)
+    kept = np.flatnonzero(flat.cuts.is_kept)
     write_patch(str(patch), kept, flat.border[kept], flat.hemisphere.V[kept])
     same = flatten_hemisphere(subject, "rh", template=(patch, sphere))
-    missing, more = ~flat.cuts.stays & same.cuts.stays, flat.cuts.stays & ~same.cuts.stays
+    missing, more = ~flat.cuts.is_kept & same.cuts.is_kept, flat.cuts.is_kept & ~same.cuts.is_kept
     # the subject serves as its own template
-    assert missing.sum() + more.sum() < 0.2 * (~flat.cuts.stays).sum()
+    assert missing.sum() + more.sum() < 0.2 * (~flat.cuts.is_kept).sum()
     with pytest.raises(MeshError, match=r"rh\.mine\.patch\.3d is of the other hemisphere"):
         flatten_hemisphere(subject, "lh", template=(patch, sphere))
 

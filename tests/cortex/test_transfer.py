@@ -44,7 +44,7 @@ def test_cuts_are_edge_paths_along_the_template_from_tip_to_wall(subdivisions: i
         assert path[-1] in ends
         assert ends.isdisjoint(path[:-1].tolist())
         ends.update(path.tolist())
-    patch = find_patch_faces(F, cuts.stays)
+    patch = find_patch_faces(F, cuts.is_kept)
     assert igl.euler_characteristic(np.unique(F[patch.rows], return_inverse=True)[1].reshape(-1, 3)) == 1
     assert sum(map(len, patch.pieces)) < 0.002 * len(sphere)
 

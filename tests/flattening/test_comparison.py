@@ -60,7 +60,7 @@ def test_compare_refuses_unknown_methods_and_closed_surfaces() -> None:
 
 @pytest.mark.parametrize("name", peers.PEERS)
 def test_maps_of_other_installed_programs_are_compared(name: str) -> None:
-    if name not in peers.installed_programs():
+    if name not in peers.list_installed_programs():
         pytest.skip(f"{peers.PEERS[name][0]} is not installed")
     V, F = load("bumps")
     entry = compare(V, F, ["lscm"], repeat=1).entries[name]
@@ -72,7 +72,7 @@ def test_maps_of_other_installed_programs_are_compared(name: str) -> None:
 
 
 def test_another_program_that_fails_is_left_out_with_a_warning(monkeypatch) -> None:
-    monkeypatch.setattr(peers, "installed_programs", lambda: ["Blender ABF"])
+    monkeypatch.setattr(peers, "list_installed_programs", lambda: ["Blender ABF"])
     monkeypatch.setattr("sys.executable", "/bin/false")
     with pytest.warns(FallbackWarning, match=r"Blender ABF failed: exit code 1: it is left out"):
         table = compare(*load("bumps"), ["lscm"], repeat=1)

@@ -296,7 +296,7 @@ def test_mirrored_pieces_of_a_map_are_drawn_from_the_other_side() -> None:
     F = np.array([[0, 1, 2], [0, 2, 3], [1, 4, 5], [1, 5, 2]])
     flat = np.array([[0, 0], [60, 0], [60, 40], [0, 40], [90, 0], [90, 40.0]])
     for sign in (1, -1):
-        options = PatternOptions.of("mm", 30.0, (0, 0, 1))
+        options = PatternOptions.from_arguments("mm", 30.0, (0, 0, 1))
         pattern = build_pattern(V, F, flat * [sign, 1], options)
         assert pattern.fold_angles == pytest.approx([sign * 90])
         assert all(shapely.LinearRing(line).is_ccw for line in pattern.outlines)

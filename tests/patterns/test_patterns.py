@@ -118,7 +118,7 @@ def test_both_sides_of_a_seam_run_the_same_way_on_the_surface(tmp_path: Path) ->
     V, F = quads()
     atlas = unwrap(V, F, method="isometric", progress=False)
     pattern = write_pattern(tmp_path / "p.svg", V, F, atlas)
-    cut = lay_out(V, F, atlas, PatternOptions.of("mm", 30.0, (0, 0, 1))).cut
+    cut = lay_out(V, F, atlas, PatternOptions.from_arguments("mm", 30.0, (0, 0, 1))).cut
     place = {tuple(np.round(p, 9)): v for p, v in zip(cut.flat, cut.origin.tolist(), strict=True)}
     covered = 0
     for seam in pattern.seams:
@@ -142,7 +142,7 @@ def test_both_sides_of_a_seam_are_measured_separately() -> None:
     beside = square + np.array([100, 0, 0])
     flat = np.vstack((square[:, :2], beside[:, :2] * [1, 1.25] + [50, 0]))
     V, faces = np.vstack((square, beside)), np.vstack((F, F + 4))
-    (seam,) = build_pattern(V, faces, flat, PatternOptions.of("mm", 30.0, (0, 0, 1))).seams
+    (seam,) = build_pattern(V, faces, flat, PatternOptions.from_arguments("mm", 30.0, (0, 0, 1))).seams
     scale = np.sqrt(1 + 1.25) / np.sqrt(2)  # the scale of the map relative to the pattern
     assert seam.length == 100
     assert [length * scale for length in seam.lengths] == pytest.approx([100, 125])
@@ -251,6 +251,9 @@ def test_the_error_of_a_pattern_counts_edges_that_shrink() -> None:
     # the square shrinks by half in x and grows by a tenth in y; the strip makes up for the change of area
     flat = np.vstack((square[:, :2] * [0.5, 1.1], strip[:, :2] * np.sqrt(1 + 0.45 / 4)))
     made = build_pattern(
-        np.vstack((square, strip)), np.vstack((F, F + 4)), flat, PatternOptions.of("mm", 30.0, (0, 0, 1))
+        np.vstack((square, strip)),
+        np.vstack((F, F + 4)),
+        flat,
+        PatternOptions.from_arguments("mm", 30.0, (0, 0, 1)),
     )
     assert made.error == pytest.approx(0.5)

@@ -41,7 +41,7 @@ def test_the_cortex_demo_writes_maps_in_millimetres(tmp_path) -> None:
     assert coordinates.max() == 1
     assert (igl.doublearea(np.ascontiguousarray(coordinates[:, :2]), corners) > 0).all()
     assert np.isclose(np.ptp(V, axis=0).max(), 170, atol=10)  # the size of a cortex in millimetres
-    maps = 4 + len(peers.installed_programs())
+    maps = 4 + len(peers.list_installed_programs())
     assert read_pixels(tmp_path / "out" / "cortex.png").shape[:2] == (700 * maps, 1400)
 
 

@@ -307,7 +307,7 @@ def test_labels_select_images_and_pictures_clamp() -> None:
     assert np.abs(moved - wanted)[there[..., 0]].max() < 1e-9
     ramp = np.linspace(0, 1, 8).reshape(1, 8, 1)
     clamped = Picture(ramp, ("clamp", "clamp"))
-    assert clamped.at(np.array([[-3.0, 0.5], [3.0, 0.5]])).ravel().tolist() == [0, 1]
+    assert clamped.interpolate(np.array([[-3.0, 0.5], [3.0, 0.5]])).ravel().tolist() == [0, 1]
 
 
 def test_filters_and_wrap_modes_of_images_are_kept(tmp_path: Path) -> None:
@@ -465,7 +465,7 @@ def test_each_chart_keeps_its_udim_tile(name: str, suffix: str, tmp_path: Path) 
     rng = np.random.default_rng(0)
     for face, colour in enumerate(TILE_COLOURS.values()):
         weights = rng.dirichlet(np.ones(len(mesh.FTC[face])), 200)
-        assert np.allclose(new.at(weights @ mesh.TC[mesh.FTC[face]]) * 255, colour, atol=1)
+        assert np.allclose(new.interpolate(weights @ mesh.TC[mesh.FTC[face]]) * 255, colour, atol=1)
 
 
 def test_a_missing_udim_tile_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -481,4 +481,4 @@ def test_a_single_file_named_1001_repeats(tmp_path: Path) -> None:
         (tmp_path / f"skin.{tile}.png").unlink()
     (picture,) = image_maps(read_file(source))["baseColorTexture"]
     assert not picture.tiles
-    assert np.allclose(picture.at(np.array([[1.5, 0.5]])) * 255, TILE_COLOURS[1001])
+    assert np.allclose(picture.interpolate(np.array([[1.5, 0.5]])) * 255, TILE_COLOURS[1001])

@@ -17,7 +17,7 @@ MODES = {"repeat": "grid-wrap", "mirror": "reflect", "clamp": "nearest"}  # name
 @pytest.mark.parametrize("down", MODES)
 def test_images_are_wrapped_in_each_direction(across: str, down: str) -> None:
     pixels, uv = np.random.default_rng(0).random((5, 7)), np.random.default_rng(1).uniform(-3, 3, (500, 2))
-    found = Picture(pixels[..., None], (across, down)).at(uv)[:, 0]
+    found = Picture(pixels[..., None], (across, down)).interpolate(uv)[:, 0]
     u, v = uv.T
     at = np.stack(
         ((1 - v) * 5 - 0.5, u * 7 - 0.5)

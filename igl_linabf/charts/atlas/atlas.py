@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._notebook import html_row, html_table, map_svg
+from ..._notebook import arrange_html_row, draw_map_as_svg, format_html_table
 from ..._runtime import align_columns
 from ..._types import FloatArray, IntArray
 from ...errors import first_few, format_count
@@ -282,19 +282,22 @@ class Atlas:
         return f"<Atlas of {len(self.FTC):,} {faces}: {charts}{troubles}, {self.fill:.0%} filled>"
 
     def __str__(self) -> str:
-        return "\n".join((align_columns(self._rows()), *self._lines()))
+        return "\n".join((align_columns(self._make_table_rows()), *self._describe_in_lines()))
 
     def _repr_html_(self) -> str:
-        rows, most = self._rows(), MAX_LISTED_CHARTS
+        rows, most = self._make_table_rows(), MAX_LISTED_CHARTS
         if len(rows) > most + 2:
             left_out = (f"{len(rows) - 2 - most:,} more", *[""] * (len(rows[0]) - 1))
             rows = [*rows[: most + 1], left_out, rows[-1]]
-        lines = [html_table([[line]], header=False) for line in (*self._lines(), *self.troubles[:most])]
+        lines = [
+            format_html_table([[line]], header=False)
+            for line in (*self._describe_in_lines(), *self.troubles[:most])
+        ]
         face = slice(None) if self.report.split is None else self.report.split.face
-        picture = map_svg(self.flat, self.triangles, self.chart[face])
-        return html_row([("", picture), ("", html_table(rows) + "".join(lines))])
+        picture = draw_map_as_svg(self.flat, self.triangles, self.chart[face])
+        return arrange_html_row([("", picture), ("", format_html_table(rows) + "".join(lines))])
 
-    def _lines(self) -> list[str]:
+    def _describe_in_lines(self) -> list[str]:
         splits = format_count(self.report.n_splits, "split")
         seams = f"{len(self.seams):,} seam edges, {self.seam_length:.4g} long"
         spread = f"texel areas 99 % : 1 % {self.quality.texel_spread:.3g}"
@@ -311,7 +314,7 @@ class Atlas:
             )
         return [filled, str(self.cost), *matching, *map(str, self.report.repairs)]
 
-    def _rows(self) -> list[tuple[str, ...]]:
+    def _make_table_rows(self) -> list[tuple[str, ...]]:
         def row(name: str, faces: int, of: Quality, overlapping: int, *rest: str) -> tuple[str, ...]:
             figures = (f"{of.angle_distortion:.4g}", f"{of.stretch_l2:.4g}", str(of.flips))
             return (name, f"{faces:,}", *figures, format_pair_count(overlapping), *rest)

@@ -10,10 +10,10 @@ from .attempts import (
     StageResult,
     StageResults,
     build_result,
-    initial_problem,
     run_stages,
+    set_up_problem,
 )
-from .injective import describe_newton, injective_map, isometric_map
+from .injective import describe_newton_steps, make_injective_map, make_isometric_map
 from .stages import (
     ACTIVE_SET_RTOL,
     MAX_ACTIVE_SET_STEPS,

@@ -81,7 +81,7 @@ class Problem:
     ears: Ears | None = None
 
     @property
-    def start(self) -> State:
+    def initial_state(self) -> State:
         """The state at the initial estimate."""
         return State(self.angles, self.angles.initial_iterate)
 
@@ -125,7 +125,7 @@ Stage = Callable[[Problem, StageResults], StageResult | None]
 """Takes the problem and the results of earlier stages; returns None if the stage does not apply."""
 
 
-def initial_problem(
+def set_up_problem(
     mesh: Mesh,
     options: ProblemOptions,
     pinned: Pins | None = None,
@@ -150,7 +150,7 @@ def initial_problem(
     with time_stage("estimate"):
         check_pins(options.layout, pinned)
         if shape.circles:
-            ears = Ears.of(mesh, pinned)
+            ears = Ears.remove_from(mesh, pinned)
         if ears is not None:
             mesh, pinned = ears.rest, None
             shape = resolve_shape(mesh, shape.name, None)
@@ -249,9 +249,9 @@ def build_result(
         outcome=outcome,
         message=message + best.remark,
         flipped=flipped,
-        before=Residuals.of(angles.initial_iterate.residual),
-        after=Residuals.of(at.residual),
-        holes=Hole.all_of(problem.mesh, at.residual),
+        before=Residuals.from_residual(angles.initial_iterate.residual),
+        after=Residuals.from_residual(at.residual),
+        holes=Hole.list_all(problem.mesh, at.residual),
         seconds=seconds,
         report=FlatteningReport(
             repaired=problem.repaired,

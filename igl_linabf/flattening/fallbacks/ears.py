@@ -50,7 +50,7 @@ class Ears:
     pinned: Pins | None
 
     @classmethod
-    def of(cls, mesh: Mesh, pinned: Pins | None) -> Ears | None:
+    def remove_from(cls, mesh: Mesh, pinned: Pins | None) -> Ears | None:
         """Remove the ears at the outer loop repeatedly, until none remain; return None if there are no ears.
 
         If all faces of a disk have three boundary vertices, no ears are removed.
@@ -84,7 +84,7 @@ class Ears:
         V = self.whole.V
         z = np.zeros(self.whole.topology.n, dtype=np.complex128)
         z[self.vertices] = rest
-        centre, radius = _circle(rest[self.rest.topology.loops[0]])
+        centre, radius = _fit_circle(rest[self.rest.topology.loops[0]])
         for ears in reversed(self.layers):
             before, apex, after = ears.T
             chord = z[after] - z[before]
@@ -134,7 +134,7 @@ def _remove_ears(topology: Topology) -> tuple[IntArray, tuple[IntArray, ...]]:
     return np.flatnonzero(left), tuple(layers)
 
 
-def _circle(z: ComplexArray) -> tuple[complex, float]:
+def _fit_circle(z: ComplexArray) -> tuple[complex, float]:
     """Return the centre and the radius of the circle that fits the points z best."""
     A = np.column_stack((z.real, z.imag, np.ones(len(z))))
     x, y, c = np.linalg.lstsq(A, np.abs(z) ** 2, rcond=None)[0]

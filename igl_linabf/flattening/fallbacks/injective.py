@@ -12,7 +12,7 @@ from ..result import Status
 from .attempts import Problem, StageResult, StageResults, select_best
 
 
-def injective_map(problem: Problem, earlier: StageResults) -> StageResult:
+def make_injective_map(problem: Problem, earlier: StageResults) -> StageResult:
     """Make a map without flipped triangles from the best earlier map, by SLIM."""
     mesh, last, pinned = problem.mesh, earlier[-1], problem.pinned
     _, layout = select_best(earlier)
@@ -46,7 +46,7 @@ def injective_map(problem: Problem, earlier: StageResults) -> StageResult:
     return replace(StageResult("injective", state, layout=slim), **_report_missed_pins(missed))
 
 
-def isometric_map(
+def make_isometric_map(
     problem: Problem, earlier: StageResults, weight: float, tol: float, pinned: Pins | None
 ) -> StageResult | None:
     """Make the isometric map from the best earlier map; return None if the best map has flipped triangles."""
@@ -58,7 +58,7 @@ def isometric_map(
         made = make_isometric(mesh, layout.z, weight, pinned, problem.angles.solvers, tol)
     flipped = flipped_faces(made.z, mesh.topology.corner)
     start = layout.solver if layout.method == "SLIM" else f"the map of the {best.stage}"
-    how = describe_newton(made.steps, start, made.energy)
+    how = describe_newton_steps(made.steps, start, made.energy)
     state = replace(last.state, at=problem.angles.evaluate(flat_angles(made.z, mesh.topology.corner)))
     note = "" if made.stalled else f"the energy still falls after {made.steps} steps"
     placed = replace(layout, z=made.z, method="isometric", solver=how)
@@ -69,7 +69,7 @@ def isometric_map(
     return replace(result, **_report_missed_pins(made.missed))
 
 
-def describe_newton(steps: int, start: str, energy: float) -> str:
+def describe_newton_steps(steps: int, start: str, energy: float) -> str:
     """Return a text that describes how an isometric map was made."""
     return f"Newton's method, {steps} steps, from {start}; energy {energy:.4g} (1: an isometry)"
 

@@ -82,7 +82,7 @@ def solve_one_system(problem: Problem, earlier: StageResults, rtol: float | None
     Both steps are solved to the relative residual `rtol`, 0.1 by default.
     """
     enough = rtol or STEP_AND_CHORD_RTOL
-    state, holes = problem.start, len(problem.mesh.topology.loops) > 1
+    state, holes = problem.initial_state, len(problem.mesh.topology.loops) > 1
     boundary: Boundary | None = None
     if state.at.residual.max_magnitude > tol:
         if not holes:
@@ -114,7 +114,7 @@ def iterate_active_set(
     problem: Problem, earlier: StageResults, rtol: float, tol: float, max_steps: int
 ) -> StageResult:
     """Take active-set steps from the initial estimate (section 6 of the paper)."""
-    state = run_active_set(problem.start, rtol, tol, max_steps).without_factors()
+    state = run_active_set(problem.initial_state, rtol, tol, max_steps).without_factors()
     name: StageName = "active set" if len(state.steps) > 1 else "linear step"
     return add_layout(problem, StageResult(name, state, converged=state.at.residual.max_magnitude <= tol))
 
@@ -142,7 +142,9 @@ def reach_prescribed_sums(problem: Problem, earlier: StageResults, rtol: float, 
     """Take steps to the angle sums that are prescribed at the boundary."""
     # the outer loop is always laid out on its circle, but the loops of holes need a smaller residual
     enough = {"circle": max(tol, BOUNDARY_TOL), "circles": tol / 10}.get(problem.shape.name, tol)
-    state = iterate_to_prescribed_sums(problem.start, rtol, enough, MAX_STEPS_TO_SUMS).without_factors()
+    state = iterate_to_prescribed_sums(
+        problem.initial_state, rtol, enough, MAX_STEPS_TO_SUMS
+    ).without_factors()
     reached = state.at.residual.max_magnitude <= enough
     note = "" if reached else f"the iterations did not converge within {MAX_STEPS_TO_SUMS} steps"
     whole = problem.mesh if problem.ears is None else problem.ears.whole
@@ -158,11 +160,11 @@ def run_anchored_abf(
     """Run converged ABF by anchored steps; return None for meshes with more than `largest` triangles."""
     if not problem.angles.safeguard or len(problem.mesh.double_area) > largest:
         return None
-    result = converge(earlier[-1].state.reset_to_estimate() if earlier else problem.start, tol)
+    result = converge(earlier[-1].state.reset_to_estimate() if earlier else problem.initial_state, tol)
     if not result.converged:
         failed = "the iterations do not converge"
         return StageResult("converged abf", result.state, Status.DIVERGED, failed)
-    return _with_abf_layout(problem, "converged abf", result, residual_tol)
+    return _add_abf_layout(problem, "converged abf", result, residual_tol)
 
 
 def run_feasible_abf(
@@ -177,7 +179,7 @@ def run_feasible_abf(
         result = converge_feasibly(state, tol)
     except SingularSystemError as error:
         return StageResult("feasible abf", state, Status.SINGULAR, str(error))
-    return _with_abf_layout(problem, "feasible abf", result, residual_tol)
+    return _add_abf_layout(problem, "feasible abf", result, residual_tol)
 
 
 def fall_back_to_linear(problem: Problem, earlier: StageResults, linear: Stage) -> StageResult | None:
@@ -192,7 +194,7 @@ def fall_back_to_linear(problem: Problem, earlier: StageResults, linear: Stage) 
     return None if made is None else replace(made, converged=False, note=NO_ABF_MAP)
 
 
-def _with_abf_layout(
+def _add_abf_layout(
     problem: Problem, stage: StageName, result: AbfResult, residual_tol: float
 ) -> StageResult:
     """Lay out the angles of converged ABF, with a remark on angles fixed at their bounds."""

@@ -15,7 +15,7 @@ from own_measures import count_flipped_exactly
 from igl_linabf import ABF, LinABF, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.errors import SingularSystemError
 from igl_linabf.flattening import Outcome, methods
-from igl_linabf.flattening.fallbacks.attempts import ProblemOptions, StageResult, initial_problem, select_best
+from igl_linabf.flattening.fallbacks.attempts import ProblemOptions, StageResult, select_best, set_up_problem
 from igl_linabf.layouts import MAX_BOUNDARY_GAP, Layout, embed_in_circle, make_injective
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import normalize_placement, planar_mesh, signed_double_areas
@@ -70,7 +70,7 @@ def test_the_guarantee_leaves_no_flips_on_deer(name: str) -> None:
 )
 def test_the_latest_of_the_maps_with_the_fewest_flips_is_returned(flips: list[int | None], best: int) -> None:
     mesh = planar_mesh(*sphere_cap())
-    state = initial_problem(mesh, ProblemOptions()).start
+    state = set_up_problem(mesh, ProblemOptions()).initial_state
     layout = Layout(np.zeros(mesh.topology.n, dtype=complex), "boundary", 0.0, "none")
     results = tuple(
         StageResult("linear step", state, layout=None if n is None else layout, flipped=np.arange(n or 0))
