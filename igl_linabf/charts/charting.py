@@ -52,9 +52,9 @@ from .splitting import (
 
 MIN_PIECES_TOGETHER = 8  # from this number of pieces, all pieces are flattened in one batch
 MAX_FACES_TOGETHER = 4_000  # of fewer pieces, the smallest are batched, with this many faces in total
-# Maximum ratio of a map's double area to its squared extent at which the map is practically a line.
+# A map is practically a line up to this ratio of its double area to its squared extent.
 NEEDLE_AREA = 1e-13
-POINT_SIZE = 1e-13  # maximum ratio of a triangle's longest side to the map's extent at which it is a point
+POINT_SIZE = 1e-13  # a triangle is a point if its longest side divided by the map's extent is at most this
 MAX_TIP_FLIPS = 0.05  # up to this share of flipped faces, shrunk tips are the likely cause
 MAX_SEAM_ROUNDS = 8  # times that seams are added against flips or stretch, before a piece is halved
 MAX_SEAM_ROUNDS_WITH_MANY_FLIPS = 2  # replaces `MAX_SEAM_ROUNDS` above `MAX_TIP_FLIPS`

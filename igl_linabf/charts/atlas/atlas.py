@@ -160,7 +160,7 @@ class Atlas:
         Quality of the whole atlas: angles at all corners, and stretch at the common scale of the charts,
         ignoring `Chart.scale`. Faces that the repair removed do not count.
     cost : AtlasCost
-        Stretch, length of the seams and unused part of the pages, in the units in which `unwrap` weighs them.
+        Stretch, length of the seams and unused part of the pages, as weighed by `unwrap`.
     report : AtlasReport
         Repairs, scale, cones, and further facts about how the atlas was made.
     """

@@ -33,11 +33,11 @@ from .quantisation import QuantisedCurvatures, quantise_holonomy
 from .scale import ConeScale
 from .seams import find_seam
 
-# Minimum number of nodes for which linear ABF reuses the Laplacian factored to place cones.
+# From this number of nodes, linear ABF reuses the Laplacian factored to place cones.
 MIN_KNOWN_FACTOR_NODES = 5_000
-# Maximum share of negative cotangent weights for which linear ABF reuses the Laplacian of the cones.
+# Linear ABF reuses the Laplacian of the cones up to this share of negative cotangent weights.
 MAX_KNOWN_FACTOR_THIN_SHARE = 0.15
-MAX_ANGLE_RESIDUAL = 0.5  # error of the map's angle sums, radians, from which the cones count as infeasible
+MAX_ANGLE_RESIDUAL = 0.5  # cones with a larger error of the map's angle sums, radians, are infeasible
 
 NO_CONES = (np.zeros(0, dtype=np.int64), np.zeros(0))  # vertices and angle sums of an empty set of cones
 
