@@ -511,6 +511,12 @@ register_attack("GIFTI: arrays of 10^9 rows after an attribute with >")(
 )
 register_attack("GIFTI: arrays of -1 rows")(write("a.surf.gii", gifti("0 0 0", rows=-1)))
 register_attack("GIFTI: another root element")(write("a.surf.gii", b'<?xml version="1.0"?><X/>'))
+register_attack("GIFTI: an unknown encoding")(
+    write("a.surf.gii", gifti("0 0 0").replace(b"UTF-8", b"UTF-81_0"))
+)
+register_attack("VTP: an unknown encoding")(
+    lambda folder: write("a.vtp", vtp().replace(b'"1.0"?', b'"1.0" encoding="UTF-81_0"?'))(folder)
+)
 register_attack("GIFTI: complex points")(
     write("a.surf.gii", gifti("0 0 0").replace(b"TYPE_FLOAT32", b"TYPE_COMPLEX64"))
 )

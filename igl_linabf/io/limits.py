@@ -2,6 +2,7 @@
 
 import re
 import zlib
+from xml.parsers.expat import ExpatError, XMLParserType
 
 from .parsing import Damaged
 
@@ -53,3 +54,13 @@ def refuse_entities(data: bytes) -> None:
     """Raise `Damaged` if XML declares entities, which may expand to any size or include other files."""
     if ENTITY_PATTERN.search(data.replace(b"\0", b"")):  # zero bytes are removed to search UTF-16, too
         raise Damaged("its XML declares entities, which mesh files do not need: remove the declaration")
+
+
+def parse_xml(parser: XMLParserType, data: bytes) -> None:
+    """Run an expat parser; raise `Damaged` if the XML is malformed or its encoding is unknown."""
+    try:
+        parser.Parse(data, True)
+    except Damaged:
+        raise
+    except (ExpatError, LookupError, ValueError) as error:
+        raise Damaged(f"its XML is damaged ({error})") from None

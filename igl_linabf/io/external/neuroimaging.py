@@ -10,14 +10,14 @@ from dataclasses import dataclass
 from math import prod
 from pathlib import Path
 from typing import Any
-from xml.parsers.expat import ExpatError, ParserCreate
+from xml.parsers.expat import ParserCreate
 
 import numpy as np
 
 from ..._types import FloatArray, IntArray
 from ...errors import MeshWarning, format_count, stack_level
 from ...surface import Polygons
-from ..limits import check_expansion, inflate, largest_expansion, refuse_entities
+from ..limits import check_expansion, inflate, largest_expansion, parse_xml, refuse_entities
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras, call_reader, import_optional
 from ..references import Folder
@@ -154,10 +154,7 @@ def _list_gifti_arrays(data: bytes) -> list[tuple[dict[str, str], list[str]]]:
 
     parser = ParserCreate()
     parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, add
-    try:
-        parser.Parse(data, True)
-    except ExpatError as error:
-        raise Damaged(f"its XML is damaged ({error})") from None
+    parse_xml(parser, data)
     return [(attributes, list(filter(str.strip, map("".join, texts)))) for attributes, texts in arrays[1:]]
 
 

@@ -6,9 +6,9 @@ import re
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
-from xml.parsers.expat import ExpatError, ParserCreate
+from xml.parsers.expat import ParserCreate
 
-from ..limits import check_expansion, inflate, refuse_entities
+from ..limits import check_expansion, inflate, parse_xml, refuse_entities
 from ..parsing import Damaged
 
 VALUE_BYTES = 8  # VTK's largest number type has 8 bytes
@@ -131,12 +131,8 @@ def _list_elements(data: bytes) -> list[_Element]:
             offsets.append(text)
 
     parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, add
-    try:
-        parser.Parse(data, True)
-    except StopIteration:
-        pass
-    except ExpatError as error:
-        raise Damaged(f"its XML is damaged ({error})") from None
+    with suppress(StopIteration):
+        parse_xml(parser, data)
     return elements
 
 
