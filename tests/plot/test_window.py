@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import igl
@@ -59,18 +60,26 @@ class Window:
             command, env={**os.environ, "DISPLAY": display}, stderr=subprocess.PIPE, encoding="utf-8"
         )
         self.display = Display(display)
-        self.window = self._find(f"igl_linabf: {mesh.name}")
+        self.title = f"igl_linabf: {mesh.name}"
+
+    def wait(self) -> None:
+        """Wait until the window is open and shows the mesh."""
+        end = time.monotonic() + PATIENCE
+        while (window := self._find()) is None:
+            assert self.process.poll() is None, self.process.stderr.read()
+            assert time.monotonic() < end, f"there is no window {self.title!r}"
+            time.sleep(0.1)
+        self.window = window
         self.until(lambda image: 0.05 < (image.sum(axis=2) < 700).mean() < 0.95)
 
-    def _find(self, title: str):
-        end = time.monotonic() + PATIENCE
-        while time.monotonic() < end and self.process.poll() is None:
-            for window in self.display.screen().root.query_tree().children:
-                if window.get_wm_name() == title and window.get_attributes().map_state:
+    def _find(self):
+        from Xlib.error import BadWindow
+
+        for window in self.display.screen().root.query_tree().children:
+            with suppress(BadWindow):  # VTK destroys a window of its own while it opens this one
+                if window.get_wm_name() == self.title and window.get_attributes().map_state:
                     return window
-            time.sleep(0.1)
-        self.process.kill()
-        raise AssertionError(f"no window {title!r}: {self.process.stderr.read()}")
+        return None
 
     def image(self) -> np.ndarray:
         from Xlib import X
@@ -134,7 +143,8 @@ def opened(server, tmp_path) -> Iterator[Callable[..., Window]]:
 
     def open_window(V: np.ndarray, F: np.ndarray, *options: str) -> Window:
         igl.write_triangle_mesh(str(tmp_path / "mesh.ply"), V, F)
-        windows.append(Window(server, tmp_path / "mesh.ply", *options))
+        windows.append(Window(server, tmp_path / "mesh.ply", *options))  # closed even if it does not open
+        windows[-1].wait()
         return windows[-1]
 
     yield open_window
