@@ -36,7 +36,7 @@ import optcuts_peer
 import partuv_peer
 from drawing import Row, draw_atlases
 from meshes import Mesh, load_shared_meshes
-from peers import Maker, TexelAtlas, find_peers_folder, relative_seams, unmirror
+from peers import Maker, TexelAtlas, find_peers_folder, find_python, relative_seams, unmirror
 from uvatlas_peer import unwrap_with_uvatlas
 
 from igl_linabf import ChartOptions, quality, unwrap
@@ -70,13 +70,12 @@ def list_peers(folder: Path) -> Iterator[Peer]:
     if sources.exists():
         program = optcuts_peer.OptCuts.build(sources, folder / "build" / "optcuts")
         yield Peer("OptCuts", program.unwrap, optcuts_peer.load_meshes(sources), optcuts_peer.BOUND)
-    python, sources = folder / "partuv" / "bin" / "python", folder / "PartUV"
-    if python.exists() and sources.exists():
-        by_partuv = partial(partuv_peer.unwrap_with_partuv, str(python))
+    sources = folder / "PartUV"
+    if (python := find_python(folder, "partuv")) and sources.exists():
+        by_partuv = partial(partuv_peer.unwrap_with_partuv, python)
         yield Peer("PartUV", by_partuv, partuv_peer.load_meshes(sources), None)
-    python = folder / "open3d" / "bin" / "python"
-    if python.exists():
-        yield Peer("UVAtlas", partial(unwrap_with_uvatlas, str(python)), load_shared_meshes("closed"), None)
+    if python := find_python(folder, "open3d"):
+        yield Peer("UVAtlas", partial(unwrap_with_uvatlas, python), load_shared_meshes("closed"), None)
 
 
 def measure(V: np.ndarray, F: np.ndarray, atlas: TexelAtlas, seconds: float) -> Figures:

@@ -34,7 +34,7 @@ from time import process_time
 import igl
 import numpy as np
 from partuv_peer import unwrap_with_partuv
-from peers import Maker, find_peers_folder, ours, peers, relative_seams, unmirror
+from peers import Maker, find_peers_folder, find_python, ours, peers, relative_seams, unmirror
 from scipy.ndimage import zoom
 from uvatlas_peer import unwrap_with_uvatlas
 
@@ -111,9 +111,8 @@ def list_makers() -> dict[str, Maker]:
         ("PartUV", "partuv", unwrap_with_partuv),
         ("UVAtlas", "open3d", unwrap_with_uvatlas),
     ):
-        python = folder and folder / environment / "bin" / "python"
-        if python and python.exists():
-            found[name] = partial(make, str(python))
+        if folder and (python := find_python(folder, environment)):
+            found[name] = partial(make, python)
     return found
 
 

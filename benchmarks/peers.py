@@ -101,6 +101,12 @@ def find_peers_folder() -> Path | None:
     return Path(folder).resolve()
 
 
+def find_python(folder: Path, environment: str) -> str | None:
+    """Return the Python of a virtual environment in a folder, or None if there is none."""
+    python = folder / environment / "bin" / "python"
+    return str(python) if python.exists() else None
+
+
 def find_blender_python() -> str | None:
     """Return a Python with bpy: this one, or the one named by BPY_PYTHON."""
     return sys.executable if find_spec("bpy") else os.environ.get("BPY_PYTHON")

@@ -2,6 +2,7 @@
 
 import re
 import zlib
+from collections.abc import Mapping
 from xml.parsers.expat import ExpatError, XMLParserType
 
 from .parsing import Damaged
@@ -9,6 +10,7 @@ from .parsing import Damaged
 MAX_EXPANSION = 200  # allowed bytes of memory per byte of a file; XML of meshes is compressed at most 50-fold
 MIN_EXPANSION_LIMIT = 2**26  # bytes of memory that are allowed for any file
 ZLIB_OR_GZIP = zlib.MAX_WBITS | 32  # makes zlib detect the format
+MAX_DIGITS = 18  # maximum number of decimal digits of a size that a file announces
 CHUNK = 2**16  # number of bytes to decompress at a time
 ENTITY_PATTERN = re.compile(rb"<!ENTITY")
 
@@ -54,6 +56,20 @@ def refuse_entities(data: bytes) -> None:
     """Raise `Damaged` if XML declares entities, which may expand to any size or include other files."""
     if ENTITY_PATTERN.search(data.replace(b"\0", b"")):  # zero bytes are removed to search UTF-16, too
         raise Damaged("its XML declares entities, which mesh files do not need: remove the declaration")
+
+
+def parse_size(attributes: Mapping[str, str], key: str, default: int | None = None) -> int:
+    """Return an attribute of an XML element that announces a size.
+
+    Raises
+    ------
+    Damaged
+        The attribute is not a number of at most `MAX_DIGITS` digits, or is missing and has no default.
+    """
+    text = attributes.get(key, "" if default is None else str(default)).strip()
+    if not (text.isascii() and text.isdecimal() and len(text) <= MAX_DIGITS):
+        raise Damaged(f"{key} is {text[:40]!r}, not a number of at most {MAX_DIGITS} digits")
+    return int(text)
 
 
 def parse_xml(parser: XMLParserType, data: bytes) -> None:

@@ -98,7 +98,7 @@ def take_step_and_chord(start: State, rtol: float, tol: float) -> StepAndChord:
     The chord step is a second solve with the same system, without assembly or factorisation: a simplified
     Newton step. Both are solved to the relative residual `rtol`. On a nearly developable surface, a single
     inner step may reach `rtol` and leave most of the distortion. Therefore a single inner step has to reach
-    `rtol` squared. There is no chord step after a limited step, because it would lead to far smaller angles
+    `rtol` squared. A limited step is not followed by a chord step, which would lead to far smaller angles
     than another linear step.
 
     Raises

@@ -44,7 +44,7 @@ class CreasedSurface:
 
     @property
     def component_of_face(self) -> IntArray:
-        """The number of the connected component to which each face belongs."""
+        """The connected component of each face, (#F,)."""
         return self.surface.component_of_face
 
     @cached_property
@@ -293,7 +293,7 @@ class CreasedSurface:
 
     @cached_property
     def extent_at_edge(self) -> FloatArray:
-        """The `component_extent` of the surface component to which each inner edge belongs, (#E,)."""
+        """The extent of the component of each inner edge, (#E,)."""
         return np.asarray(self.component_extent[self.component_of_face[self.faces_of_edges[:, 0]]])
 
     @cached_property

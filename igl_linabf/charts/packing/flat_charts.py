@@ -156,7 +156,7 @@ class FlatChart:
         ]
 
     def make_groups_of_one(self) -> "FaceGroups":
-        """Return `FaceGroups` in which each atom (polygon or plane) is a group."""
+        """Return `FaceGroups` with one atom, a polygon or a plane, in each group."""
         alone = np.arange(len(self.atom_centres))
         return FaceGroups(
             self, alone, self.atom_centres, np.ones(len(self.atoms_beside_edges[0]), dtype=bool)

@@ -17,7 +17,7 @@ import numpy as np
 from ..._types import FloatArray, IntArray
 from ...errors import MeshWarning, format_count, stack_level
 from ...surface import Polygons
-from ..limits import check_expansion, inflate, largest_expansion, parse_xml, refuse_entities
+from ..limits import check_expansion, inflate, largest_expansion, parse_size, parse_xml, refuse_entities
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras, call_reader, import_optional
 from ..references import Folder
@@ -116,15 +116,10 @@ def _check_gifti(path: Path, folder: Folder) -> None:
             with suppress(binascii.Error, ValueError):  # nibabel reports invalid base64
                 if packed := base64.b64decode(text):
                     limit -= len(inflate(packed, limit, "an array"))
-        try:
-            dimensions = int(attributes.get("Dimensionality", 0))
-            sizes = [int(attributes[f"Dim{i}"]) for i in range(min(dimensions, MAX_DIMENSIONS))]
-        except (KeyError, ValueError):
-            dimensions, sizes = 0, [-1]
-        if min(sizes, default=0) < 0:
-            raise Damaged("the sizes of an array are missing, or are not numbers")
-        if not 0 <= dimensions <= MAX_DIMENSIONS:
+        dimensions = parse_size(attributes, "Dimensionality", 0)
+        if dimensions > MAX_DIMENSIONS:
             raise Damaged(f"an array has {dimensions:,} dimensions: GIFTI has 1 to {MAX_DIMENSIONS}")
+        sizes = [parse_size(attributes, f"Dim{i}") for i in range(dimensions)]
         check_expansion(8 * prod(sizes), size, "an array")
 
 
@@ -153,6 +148,7 @@ def _list_gifti_arrays(data: bytes) -> list[tuple[dict[str, str], list[str]]]:
             arrays[-1][1][-1].append(text)
 
     parser = ParserCreate()
+    parser.buffer_text = True
     parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, add
     parse_xml(parser, data)
     return [(attributes, list(filter(str.strip, map("".join, texts)))) for attributes, texts in arrays[1:]]

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 from xml.parsers.expat import ParserCreate
 
-from ..limits import check_expansion, inflate, parse_xml, refuse_entities
+from ..limits import MAX_DIGITS, check_expansion, inflate, parse_size, parse_xml, refuse_entities
 from ..parsing import Damaged
 
 VALUE_BYTES = 8  # VTK's largest number type has 8 bytes
 COUNTS = [f"NumberOf{what}" for what in ("Points", "Verts", "Lines", "Strips", "Polys", "Tuples")]
 ARRAYS = ("DataArray", "Array")
 OFFSET_PATTERN = re.compile(r"\d+")
-MAX_DIGITS = 18  # maximum number of decimal digits of a size that a file announces
+NO_SPACE_PATTERN = re.compile(rb"\S")
 MAX_DEPTH = 100  # maximum number of nested elements; VTK visits them recursively
 
 
@@ -26,12 +26,11 @@ class _Element(NamedTuple):
     attributes: dict[str, str]
     content: int
 
-    def number(self, attribute: str, default: int = 0) -> int:
-        """Return an attribute that is a number, or the default if there is no such attribute."""
-        text = self.attributes.get(attribute, str(default)).strip()
-        if not (text.isascii() and text.isdecimal() and len(text) <= MAX_DIGITS):
-            raise Damaged(f"{attribute} is {text[:40]!r}, not a number of at most {MAX_DIGITS} digits")
-        return int(text)
+
+def _skip_space(data: bytes, start: int) -> int:
+    """Return the position of the first byte from `start` that is not white space."""
+    found = NO_SPACE_PATTERN.search(data, start)
+    return found.start() if found else len(data)
 
 
 @dataclass(frozen=True)
@@ -67,7 +66,7 @@ class _Stream:
 
     def _find_start(self) -> int:
         """Return the position of the first byte or, in base64, of the first character after white space."""
-        return self.start if self.is_raw else len(self.data) - len(self.data[self.start :].lstrip())
+        return self.start if self.is_raw else _skip_space(self.data, self.start)
 
     def _read(self, begin: int, length: int) -> bytes:
         start, end = self._find_start(), begin + length
@@ -82,8 +81,9 @@ def check_announced_sizes(data: bytes) -> None:
     """Raise `Damaged` if announced sizes are out of proportion to the file, or XML entities are declared."""
     refuse_entities(data)
     size, elements = len(data), _list_elements(data)
-    width = max((element.number("NumberOfComponents", 1) for element in elements), default=1)
-    values = sum(element.number(count) for element in elements for count in COUNTS) * max(width, 1)
+    width = max(parse_size(element.attributes, "NumberOfComponents", 1) for element in elements)
+    values = sum(parse_size(element.attributes, count, 0) for element in elements for count in COUNTS)
+    values *= max(width, 1)
     check_expansion(VALUE_BYTES * values, size, "its points and cells")
     is_compressed = bool(elements[0].attributes.get("compressor"))
     for element, stream in _list_streams(data, elements):
@@ -106,6 +106,7 @@ def check_announced_sizes(data: bytes) -> None:
 def _list_elements(data: bytes) -> list[_Element]:
     """Return the elements of a file up to its appended data, and check the offsets of its cells."""
     elements, offsets, parser, depth = list[_Element](), list[str](), ParserCreate(), 0
+    parser.buffer_text = True
 
     def start(name: str, attributes: dict[str, str]) -> None:
         nonlocal depth
@@ -114,7 +115,10 @@ def _list_elements(data: bytes) -> list[_Element]:
             raise Damaged(f"its XML has more than {MAX_DEPTH} nested elements")
         elements.append(_Element(name, attributes, data.find(b">", parser.CurrentByteIndex) + 1))
         if name == "AppendedData":
-            raise StopIteration  # the binary data that follow are no XML
+            raise StopIteration  # binary data follow, which expat cannot parse
+        is_text = attributes.get("format") not in ("binary", "appended")
+        has_offsets = is_text and attributes.get("Name") == "offsets"
+        parser.CharacterDataHandler = offsets.append if has_offsets else None
 
     def end(_: str) -> None:
         nonlocal depth
@@ -124,13 +128,7 @@ def _list_elements(data: bytes) -> list[_Element]:
         check_expansion(VALUE_BYTES * largest, len(data), "the corners of its cells")
         offsets.clear()
 
-    def add(text: str) -> None:
-        attributes = elements[-1].attributes
-        is_text = attributes.get("format") not in ("binary", "appended")
-        if is_text and attributes.get("Name") == "offsets":
-            offsets.append(text)
-
-    parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, add
+    parser.StartElementHandler, parser.EndElementHandler = start, end
     with suppress(StopIteration):
         parse_xml(parser, data)
     return elements
@@ -143,7 +141,7 @@ def _list_streams(data: bytes, elements: list[_Element]) -> list[tuple[_Element,
     order: Literal["big", "little"] = "big" if root.get("byte_order") == "BigEndian" else "little"
     appended, is_raw = last.content, last.attributes.get("encoding") == "raw"
     if last.name == "AppendedData":
-        appended = len(data) - len(data[appended:].lstrip())
+        appended = _skip_space(data, appended)
         if data[appended : appended + 1] != b"_":
             raise Damaged("its appended data do not begin with an underscore")
     streams = []
@@ -152,6 +150,6 @@ def _list_streams(data: bytes, elements: list[_Element]) -> list[tuple[_Element,
         if element.name in ARRAYS and form == "binary":
             streams.append((element, _Stream(data, element.content, False, word, order)))
         elif element.name in ARRAYS and form == "appended":
-            start = appended + 1 + element.number("offset")
+            start = appended + 1 + parse_size(element.attributes, "offset", 0)
             streams.append((element, _Stream(data, start, is_raw, word, order)))
     return streams

@@ -142,7 +142,7 @@ def _make_image_map(gltf: Gltf, use: TextureUse) -> ImageMap:
 
 
 def _find_image(texture: dict[str, Any]) -> int | None:
-    """Return the index of a texture's glTF 2.0 image, otherwise that of an extension's image, or None."""
+    """Return the index of a texture's image: of glTF 2.0, otherwise of an extension, or None."""
     sources = [texture, *texture.get("extensions", {}).values()]
     return next((source["source"] for source in sources if "source" in source), None)
 
