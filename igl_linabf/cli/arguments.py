@@ -6,7 +6,7 @@ option `--weight W`, and the type converts the text. A parameter without a defau
 """
 
 import argparse
-import warnings
+import reprlib
 from argparse import ArgumentError, ArgumentTypeError
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -50,7 +50,8 @@ def output_option(help: str) -> Option:
 
 
 ALLOW_OUTSIDE = Option(
-    "follow references, such as images, that lead out of the file's folder (not for files of strangers)"
+    "follow references, such as images and links, that lead out of the file's folder (not for files of "
+    "strangers)"
 )
 
 
@@ -250,7 +251,10 @@ PACKING = {
         "TEXELS",
         parse_texels,
     ),
-    "padding": Option("distance between two charts, with --resolution", "TEXELS"),
+    "padding": Option(
+        "distance between two charts, with --resolution; the distance to the page's border is half of it",
+        "TEXELS",
+    ),
     "texel_density": Option("texels per unit of length (default: fill the pages)", "TEXELS"),
     "pages": Option("number of pages, as UDIM tiles (default: 1, or as many as needed)", "N"),
     "unseen": Option(
@@ -266,7 +270,9 @@ UNWRAP_PACKING = {
     ),
 }
 SEAMS = Option(
-    "auto, uv (seams of the file's texture coordinates), or a file of vertex pairs from 0", "SEAMS"
+    "auto, uv (seams of the file's texture coordinates), or a text file with the two vertices of an edge on "
+    "each line, counted from 0",
+    "SEAMS",
 )
 EXTEND_SEAMS = Option("add the seams that --seams lacks", flags=("--extend-seams",))
 PERIOD = Option(
@@ -296,18 +302,40 @@ def read_seams(
     if seams == "auto":
         return None
     if seams != "uv":
-        return read_rows(seams, np.int64, "integers: write two vertices on each line")
+        return read_rows(seams, np.int64, 2, "the two vertices of an edge, counted from 0 and separated by a space,")
     return find_texture_seams(mesh, charts, method)
 
 
-def read_rows(path: Path, kind: type, what: str) -> Any:
-    """Read the rows of a text file; an empty file gives shape (0, 2)."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # NumPy warns about an empty file
+def read_rows(path: Path, kind: type, size: int, what: str) -> Any:
+    """Return the rows of a text file, (n, size), as an array. Empty lines and text after # are skipped.
+
+    Parameters
+    ----------
+    path : Path
+    kind : type
+        Type of the numbers.
+    size : int
+        Number of columns.
+    what : str
+        What each line contains, for the message of an error.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except FileNotFoundError:
+        raise MeshError(f"there is no file {path}: name a file with {what} on each line") from None
+    except UnicodeDecodeError:
+        raise MeshError(f"{path} is not a text file in UTF-8: write {what} on each line") from None
+    rows = []
+    for number, line in enumerate(lines, 1):
+        words = line.partition("#")[0].split()
         try:
-            table: Any = np.loadtxt(path, dtype=kind, ndmin=2, encoding="utf-8-sig")
-        except FileNotFoundError:
-            raise MeshError(f"there is no file {path}: name a table of {what}") from None
-        except ValueError:
-            raise MeshError(f"{path} is not a table of {what}") from None
-    return table if table.size else table.reshape(0, 2)
+            row = [kind(word) for word in words]
+        except (ValueError, OverflowError):
+            row = []
+        if words and len(row) != size:
+            raise MeshError(
+                f"line {number} of {path} is {reprlib.repr(line.strip())}: write {what} on each line"
+            )
+        if words:
+            rows.append(row)
+    return np.array(rows, dtype=kind).reshape(-1, size)

@@ -30,6 +30,7 @@ from ..linalg import SolverName, format_gigabytes
 from ..measures import RINGS, format_pair_count, format_table, quality
 from ..scrolls import FlatSegment, flatten_segment, memory_needed
 from .arguments import (
+    ALLOW_OUTSIDE,
     Boundary,
     Corners,
     MethodName,
@@ -233,7 +234,7 @@ SCROLL_UP = Option(
 
 
 def flatten_scroll(
-    job: Annotated[Job, {"given": SEGMENT, "force": SCROLL_FORCE, **REPORTS}],
+    job: Annotated[Job, {"given": SEGMENT, "allow_outside": ALLOW_OUTSIDE, "force": SCROLL_FORCE, **REPORTS}],
     *,
     output: Annotated[Path, SCROLL_FOLDER],
     method: MethodName = "isometric",
@@ -250,6 +251,7 @@ def flatten_scroll(
     segment -o segment_flat
     segment -o segment_flat --obj segment_flat.obj --method linabf
     segment -o segment_flat --up rows --pieces 3 --force
+    segment -o segment_flat --allow-outside    # its files are links to another folder
     segment -o segment_flat --json > figures.json
     segment -o segment_flat --quiet
     """
@@ -263,7 +265,7 @@ def flatten_scroll(
     silent = job.quiet or job.json
     with show_progress(False if silent else None):
         with progress_part("reading", PROGRESS["reading"]):
-            segment = read_tifxyz(job.mesh)
+            segment = read_tifxyz(job.mesh, allow_outside=job.allow_outside)
         if not silent:
             needed = format_gigabytes(memory_needed(segment))
             print(

@@ -149,10 +149,9 @@ def _read_cones(cones: Any, angles: Any, period: float | None) -> Cones | None:
             raise ValueError("--cone-angles and --period need cones: give --cones, too")
         return None
     if isinstance(cones, Path):
-        cones = read_rows(cones, np.int64, "integers: write one vertex on each line").ravel()
+        cones = read_rows(cones, np.int64, 1, "a vertex, counted from 0,").ravel()
     if isinstance(angles, Path):
-        lines = "numbers: write one angle in degrees on each line"
-        angles = np.deg2rad(read_rows(angles, np.float64, lines).ravel())
+        angles = np.deg2rad(read_rows(angles, np.float64, 1, "an angle in degrees").ravel())
     return Cones(cones, angles=angles, period=period)
 
 

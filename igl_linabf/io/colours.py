@@ -177,7 +177,7 @@ def find_largest_image(mesh: MeshFile) -> tuple[str, tuple[int, int]] | None:
 
 
 def _name_image(mesh: MeshFile, material: int, image_map: ImageMap) -> str:
-    return f"{image_map.kind} of the material {mesh.materials[material]}"
+    return f"{image_map.kind} of {mesh.materials[material]}"
 
 
 def list_image_users(mesh: MeshFile) -> NDArray[np.str_] | None:

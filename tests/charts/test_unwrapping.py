@@ -376,10 +376,6 @@ def test_the_command_flattens_the_seams_of_a_file_again(tmp_path) -> None:
     process = run("unwrap", tmp_path / "in.obj", "-o", tmp_path / "d.obj", "--seams", "uv")
     assert process.returncode == 2
     assert len(process.stderr.splitlines()) == 1
-    pairs.write_text("0 x\n")
-    process = run("unwrap", tmp_path / "in.obj", "-o", tmp_path / "d.obj", "--seams", pairs)
-    assert process.returncode == 2
-    assert "not a table of integers" in process.stderr
     process = run("unwrap", tmp_path / "in.obj", "-o", tmp_path / "d.obj", "--cones", "3,30")
     assert process.returncode == 2
     assert "there is no file 3,30" in process.stderr

@@ -37,6 +37,20 @@ def test_a_segment_is_written_flat_with_its_mesh(
     assert sorted(tmp_path.iterdir()) == before
 
 
+def test_links_that_lead_out_of_a_segment_need_the_option_that_the_message_names(
+    segment: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (segment / "x.tif").rename(tmp_path / "x.tif")
+    try:
+        (segment / "x.tif").symlink_to(tmp_path / "x.tif")
+    except OSError:  # Windows without developer mode
+        pytest.skip("symbolic links cannot be created here")
+    command = ["scroll", str(segment), "-o", str(tmp_path / "flat")]
+    assert main(command) == 2
+    assert "--allow-outside" in capsys.readouterr().err
+    assert main([*command, "--allow-outside"]) == 0
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [(["--obj", "flat.ply"], "does not end in .obj"), (["--pieces", "0"], "pieces is 0")],

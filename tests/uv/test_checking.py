@@ -494,3 +494,11 @@ def test_texels_are_those_of_the_largest_image_of_the_file(suffix: str, tmp_path
         path.with_suffix(".png").unlink()
         size, text = check()
         assert size == 1024 and "1024 x 1024" in text and "ball.png, which is not in" in text
+
+
+def test_a_material_without_a_name_is_named_by_its_number_once(tmp_path, capsys) -> None:
+    atlas, path = unwrap(*igl.icosahedron()), tmp_path / "ball.gltf"
+    write_textured(path, *igl.icosahedron(), atlas.TC, atlas.FTC, np.ones((32, 32, 3)))
+    assert "name" not in json.loads(path.read_text())["materials"][0]
+    assert main(["check", str(path)]) == 0
+    assert "the size of baseColorTexture of material 0." in capsys.readouterr().out
