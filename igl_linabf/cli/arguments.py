@@ -302,7 +302,8 @@ def read_seams(
     if seams == "auto":
         return None
     if seams != "uv":
-        return read_rows(seams, np.int64, 2, "the two vertices of an edge, counted from 0 and separated by a space,")
+        what = "the two vertices of an edge, counted from 0 and separated by a space,"
+        return read_rows(seams, np.int64, 2, what)
     return find_texture_seams(mesh, charts, method)
 
 
