@@ -25,7 +25,7 @@ def unwrap_file(source: Path, out: Path) -> tuple[MeshFile, MeshFile]:
     mesh = read_file(source)
     atlas = unwrap(mesh.V, mesh.F, progress=False)
     write_file(out, mesh, atlas.TC, atlas.FTC)
-    return mesh.textured(atlas.TC, atlas.FTC), read_file(out)
+    return mesh.with_texture(atlas.TC, atlas.FTC), read_file(out)
 
 
 OBJ = """# a box

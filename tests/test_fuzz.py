@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 
 import igl_linabf as il
 from igl_linabf.io import read_file, write_file, write_mesh
-from igl_linabf.io.formats import parse
+from igl_linabf.io.formats import parse_bytes
 from igl_linabf.io.mesh_file import gather_at_triangles
 
 # cases that broke a promise in earlier versions
@@ -75,7 +75,7 @@ def check_bytes(data: bytes, suffix: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", il.MeshWarning)
         try:
-            mesh = parse(data, suffix, f"a/file{suffix}")
+            mesh = parse_bytes(data, suffix, f"a/file{suffix}")
         except il.MeshError as error:
             assert has_place(str(error)), error
             assert "a/file" in str(error)

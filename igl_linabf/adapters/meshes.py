@@ -102,7 +102,7 @@ def to_trimesh(
     """
     import trimesh
 
-    split = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
+    split = split_at_seams(as_mesh_file(V, face_array(F)).with_texture(TC, FTC))
     visual = trimesh.visual.TextureVisuals(uv=split.TC)
     mesh = trimesh.Trimesh(split.V, split.F, visual=visual, process=False)
     if like is not None:
@@ -188,7 +188,7 @@ def to_pyvista(
     """
     import pyvista
 
-    split = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
+    split = split_at_seams(as_mesh_file(V, face_array(F)).with_texture(TC, FTC))
     mesh = pyvista.PolyData.from_regular_faces(split.V, split.F)
     if like is not None:
         triangles = triangulate_polydata(like)
@@ -277,7 +277,7 @@ def to_meshio(
     """
     import meshio
 
-    split = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
+    split = split_at_seams(as_mesh_file(V, face_array(F)).with_texture(TC, FTC))
     points, cells, others = {}, {}, {}
     if like is not None:
         surface = [i for i, block in enumerate(like.cells) if block.type not in NON_SURFACE_CELLS]
@@ -365,7 +365,7 @@ def to_open3d(
     """
     import open3d
 
-    mapped = as_mesh_file(V, face_array(F)).textured(TC, FTC)
+    mapped = as_mesh_file(V, face_array(F)).with_texture(TC, FTC)
     assert mapped.TC is not None
     mesh = open3d.geometry.TriangleMesh(
         open3d.utility.Vector3dVector(mapped.V),
@@ -410,4 +410,4 @@ def vertex_map(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None 
     >>> bool((mesh.vertices == V[vertex]).all())
     True
     """
-    return split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC)).vertex
+    return split_at_seams(as_mesh_file(V, face_array(F)).with_texture(TC, FTC)).vertex

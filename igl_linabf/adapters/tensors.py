@@ -73,6 +73,6 @@ def to_torch(
     """
     import torch
 
-    mesh = as_mesh_file(*from_torch(V, F)).textured(TC, FTC)
+    mesh = as_mesh_file(*from_torch(V, F)).with_texture(TC, FTC)
     uv = torch.as_tensor(mesh.TC, dtype=V.dtype, device=V.device)
     return uv, torch.as_tensor(mesh.FTC, dtype=F.dtype, device=F.device)

@@ -16,8 +16,8 @@ from .baking import (
 from .file_contents import (
     find_texture_seams,
     get_material_labels,
-    warn_of_bare_parts,
     warn_of_missing_coordinates,
+    warn_of_parts_without_texture,
 )
 from .running import Batch, flatten_files
 from .table import Row

@@ -19,8 +19,8 @@ from ..io import (
     WITH_IMAGES,
     WITH_TWO_MAPS,
     MeshFile,
-    corner_colours,
     find_object_frames,
+    get_corner_colours,
     image_maps,
     is_direction_map,
     normalize_suffix,
@@ -45,7 +45,7 @@ class BakedPacking(Packing):
     bake: BakeName | None = None
 
     @classmethod
-    def of(cls, packing: Packing | None, bake: BakeName | None) -> BakedPacking:
+    def from_packing(cls, packing: Packing | None, bake: BakeName | None) -> BakedPacking:
         """Return a packing, by default the default one, with a texture to bake."""
         return cls(**{**vars(resolve_packing(packing)), "bake": bake})
 
@@ -91,7 +91,7 @@ def check_contents(mesh: MeshFile, packing: BakedPacking, texcoord: int) -> None
     kind = packing.bake
     if kind is None:
         return
-    if kind == "colors" and corner_colours(mesh) is None:
+    if kind == "colors" and get_corner_colours(mesh) is None:
         raise MeshError(
             f"{mesh.path} has no colours of vertices, faces or materials: bake normals or position"
         )
@@ -115,14 +115,14 @@ def bake_images(packing: BakedPacking, mesh: MeshFile, atlas: Atlas, output: Pat
 def _bake_values(kind: str, mesh: MeshFile, atlas: Atlas, resolution: Any, output: Path) -> FloatArray:
     V, triangles = mesh.V, mesh.triangles
     if kind == "colors":
-        colours = corner_colours(mesh)
+        colours = get_corner_colours(mesh)
         assert colours is not None  # ensured by `check_baking`
-        return bake(V, mesh.F, atlas, colours[mesh.split.place], resolution)
+        return bake(V, mesh.F, atlas, colours[mesh.triangulation.place], resolution)
     if kind == "normals":
         normals = np.nan_to_num(igl.per_vertex_normals(V, triangles))[triangles]
         frames = find_object_frames(mesh, output)
         if frames is not None:
-            normals = normalize_vectors(normals @ frames[mesh.split.face])
+            normals = normalize_vectors(normals @ frames[mesh.triangulation.face])
         return normalize_vectors(bake(V, mesh.F, atlas, normals, resolution)) / 2 + 0.5
     used = V[np.unique(triangles)]
     low, size = used.min(axis=0), np.ptp(used, axis=0).max()

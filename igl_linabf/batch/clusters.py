@@ -139,7 +139,7 @@ class WorkerWatch:
         self._client = client
         self._checks_without_workers = 0
 
-    def check(self) -> None:
+    def check_workers(self) -> None:
         """Warn if a remote cluster has no workers. Call this after each `PATIENCE` seconds without a result.
 
         Raises

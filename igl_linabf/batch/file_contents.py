@@ -24,7 +24,11 @@ def find_texture_seams(mesh: MeshFile, charts: ChartOptions | None, method: Meth
     """
     if mesh.TC is None or mesh.FTC is None:
         raise MeshError(f"{mesh.path} has no texture coordinates: it has no texture seams")
-    TC, FTC = _unwrap_bare_faces(mesh, charts, method) if mesh.bare.any() else (mesh.TC, mesh.FTC)
+    TC, FTC = (
+        _unwrap_faces_without_texture(mesh, charts, method)
+        if mesh.lacks_texture.any()
+        else (mesh.TC, mesh.FTC)
+    )
     return texture_seams(mesh.F, FTC, mesh.V, TC, sides=True)
 
 
@@ -35,12 +39,12 @@ def get_material_labels(mesh: MeshFile) -> IntArray:
     return mesh.extras.materials[1]
 
 
-def warn_of_bare_parts(mesh: MeshFile, consequences: Iterable[str]) -> None:
+def warn_of_parts_without_texture(mesh: MeshFile, consequences: Iterable[str]) -> None:
     """Warn of the parts without texture coordinates, and state what is done with them."""
-    listed, texts = mesh.list_bare_parts(), list(consequences)
+    listed, texts = mesh.list_parts_without_texture(), list(consequences)
     if not listed or not texts:
         return
-    count = int(np.count_nonzero(mesh.bare))
+    count = int(np.count_nonzero(mesh.lacks_texture))
     warnings.warn(
         f"{format_count(count, 'face')} without texture coordinates, in {first_few(listed)}: "
         f"{', '.join(texts)}",
@@ -58,15 +62,18 @@ def warn_of_missing_coordinates(mesh: MeshFile, bake: str | None, texcoord: int,
         "both sets get the new ones": texcoord == 1,
         "their seams are found automatically": seams == "uv",
     }
-    warn_of_bare_parts(mesh, [text for text, is_asked in consequences.items() if is_asked])
+    warn_of_parts_without_texture(mesh, [text for text, is_asked in consequences.items() if is_asked])
 
 
-def _unwrap_bare_faces(
+def _unwrap_faces_without_texture(
     mesh: MeshFile, charts: ChartOptions | None, method: Method
 ) -> tuple[FloatArray, Faces]:
     """Return the texture coordinates of a mesh; faces without texture coordinates get an automatic atlas."""
     assert mesh.TC is not None and mesh.texture is not None
-    corners, sizes = mesh.polygons.corners_of(np.flatnonzero(mesh.bare)), mesh.polygons.sizes[mesh.bare]
+    corners, sizes = (
+        mesh.polygons.corners_of(np.flatnonzero(mesh.lacks_texture)),
+        mesh.polygons.sizes[mesh.lacks_texture],
+    )
     bare = Polygons(mesh.polygons.corners[corners], sizes)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the whole mesh is unwrapped later, with the same warnings

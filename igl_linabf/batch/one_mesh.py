@@ -67,7 +67,7 @@ class Settings:
     allow_outside: bool = False
     memory: int | None = None
 
-    def key(self, version: str) -> str:
+    def hash_with_file_version(self, version: str) -> str:
         """Return a hash of the file's version, the settings without `memory`, and the package version."""
         text = repr((version, replace(self, memory=None), metadata.version("igl-linabf")))
         return sha256(text.encode()).hexdigest()[:16]
@@ -93,7 +93,7 @@ class FlatMesh:
     image: Any = None
 
 
-def run(task: Task) -> Row:
+def run_task(task: Task) -> Row:
     """Flatten the mesh of a task and return its row, which also records errors of the mesh.
 
     Raises
@@ -128,7 +128,7 @@ def _process_task(task: Task) -> Row:
             flatten_file = _unwrap_file if task.settings.how == "unwrap" else _flatten_file
             flat = flatten_file(mesh, row, task.settings)
             writing = True
-            with places.prepare_destination(places.join(task.folder, row.output)) as path:
+            with places.prepare_destination(places.join_path(task.folder, row.output)) as path:
                 # force: existing files were checked when the batch was planned
                 # folder: at a URL, references to other files must be relative to the local mesh
                 folder = mesh.path.parent if mesh.path and places.is_url(task.folder) else None
@@ -148,7 +148,7 @@ def _process_task(task: Task) -> Row:
 
 def _read_input(place: str, allow_outside: bool) -> MeshFile:
     """Read an input mesh; raise a `MeshError` also for a file of an unknown format."""
-    with places.fetch(place) as local:
+    with places.fetch_file(place) as local:
         try:
             return read_file(local, partial=True, allow_outside=allow_outside)
         except (MeshError, MemoryLimitError):
@@ -212,7 +212,7 @@ def _flatten_hemisphere(task: Task) -> Row:
     sphere = Path(task.place)
     name = places.get_hemisphere(task.place)
     flat = flatten_hemisphere(sphere.parents[1], name, method=task.settings.method, progress=False)
-    folder = places.join(task.folder, task.row.output.rpartition("/")[0])
+    folder = places.join_path(task.folder, task.row.output.rpartition("/")[0])
     write_hemisphere(folder, flat)
     outcome = OVERLAPPING if flat.quality.overlaps else flat.result.outcome.value
     message = "" if flat.good else flat.result.message

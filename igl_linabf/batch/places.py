@@ -39,7 +39,7 @@ def make_absolute(place: str | os.PathLike[str]) -> str:
     return place.rstrip("/") if is_url(place) else os.path.abspath(place)
 
 
-def join(folder: str, name: str) -> str:
+def join_path(folder: str, name: str) -> str:
     """Join the path or URL of a folder and a relative name with / as separator."""
     return f"{folder}/{name}" if is_url(folder) else os.path.join(folder, *name.split("/"))
 
@@ -61,7 +61,7 @@ def find_inputs(
     files: dict[str, InputFile] = {}
     for given in inputs:
         place = make_absolute(given)
-        here = _find_remote(place) if is_url(place) else _find_local(place, wanted or _is_mesh)
+        here = _find_remote_inputs(place) if is_url(place) else _find_local_inputs(place, wanted or _is_mesh)
         meshes = [file for file in here if not file.place.startswith((out + "/", out + os.sep))]
         if not meshes:
             what = "hemisphere (surf/?h.sphere.reg)" if wanted else f"mesh file ({', '.join(READABLE)})"
@@ -81,7 +81,7 @@ def get_hemisphere(place: str) -> HemisphereName:
     return next(name for name in HEMISPHERES if Path(place).name.startswith(name))
 
 
-def _find_local(place: str, wanted: Callable[[str], bool]) -> list[InputFile]:
+def _find_local_inputs(place: str, wanted: Callable[[str], bool]) -> list[InputFile]:
     if os.path.isdir(place):
         paths, base = _list_folder(place, wanted), place
     elif os.path.exists(place):
@@ -128,7 +128,7 @@ def _describe_file(path: str, base: str) -> InputFile:
     return InputFile(path, name, f"{about.st_size} {about.st_mtime_ns}")
 
 
-def _find_remote(url: str) -> list[InputFile]:
+def _find_remote_inputs(url: str) -> list[InputFile]:
     fs, place = _open_filesystem(url)
     if fs.isfile(place):
         paths, base = [place], place.rpartition("/")[0]
@@ -171,13 +171,13 @@ def remove_temporaries(names: Iterable[str], folder: str) -> None:
     """Remove temporary files that killed writers left in the folders of the named files."""
     if is_url(folder):
         return
-    for inside in {os.path.dirname(join(folder, name)) for name in names}:
+    for inside in {os.path.dirname(join_path(folder, name)) for name in names}:
         for path in Path(inside).glob(TEMPORARY):
             path.unlink(missing_ok=True)
 
 
 @contextmanager
-def fetch(place: str) -> Iterator[str]:
+def fetch_file(place: str) -> Iterator[str]:
     """Yield the local path of a file; a file at a URL is downloaded first."""
     if not is_url(place):
         yield place

@@ -31,7 +31,7 @@ from . import places
 from .baking import BakedPacking, BakeName, check_target, list_image_kinds
 from .clusters import WorkerWatch, connect_client, start_local_client
 from .constants import PATIENCE
-from .one_mesh import UNWRAP_OPTIONS, How, Scale, SeamSource, Settings, Task, run
+from .one_mesh import UNWRAP_OPTIONS, How, Scale, SeamSource, Settings, Task, run_task
 from .table import (
     CSV,
     DIED,
@@ -220,7 +220,7 @@ def flatten_files(
     else:
         chosen = resolve_method(method or ("isometric" if how == "cortex" else "linabf"))
     unwrapping = weld, strict, seams, keep_materials, texcoord
-    baked = BakedPacking.of(packing, bake)
+    baked = BakedPacking.from_packing(packing, bake)
     settings = Settings(
         how, chosen, format, charts, cones, baked, *unwrapping, boundary, units, allow_outside, limit
     )
@@ -255,11 +255,11 @@ def flatten_files(
                 tell = stack.enter_context(count_steps("batch", len(tasks), progress))
                 start = perf_counter()
                 for row in _run_tasks(client, tasks):
-                    table.add(row)
+                    table.add_row(row)
                     tell()
                 seconds = perf_counter() - start
-        rows = [table.row(escape_path(file.place)) for file in found]
-    return Batch(tuple(row for row in rows if row), places.join(folder, CSV), len(tasks), seconds)
+        rows = [table.get_row(escape_path(file.place)) for file in found]
+    return Batch(tuple(row for row in rows if row), places.join_path(folder, CSV), len(tasks), seconds)
 
 
 def _parse_memory(memory: int | str | None) -> int | None:
@@ -329,8 +329,12 @@ def _plan_tasks(
     names = _name_outputs(found, table, settings)
     rows, tasks = [], []
     for file in found:
-        row = Row(input=escape_path(file.place), output=names[file.place], key=settings.key(file.version))
-        old = table.row(row.input)
+        row = Row(
+            input=escape_path(file.place),
+            output=names[file.place],
+            key=settings.hash_with_file_version(file.version),
+        )
+        old = table.get_row(row.input)
         if (
             old is not None
             and (old.key, old.output) == (row.key, row.output)
@@ -343,12 +347,12 @@ def _plan_tasks(
         rows.append(row)
         tasks.append(Task(file.place, row, table.folder, settings))
     if not force:
-        _check_free(tasks, table, there)
-    table.plan(rows)
+        _check_outputs_may_be_written(tasks, table, there)
+    table.plan_rows(rows)
     return tasks
 
 
-def _check_free(tasks: list[Task], table: Table, there: set[str]) -> None:
+def _check_outputs_may_be_written(tasks: list[Task], table: Table, there: set[str]) -> None:
     """Raise a `FileExistsError` if the batch would replace files that were not written by a batch."""
     own = table.inputs_by_output()
     wanted = [PARQUET] if not own else []
@@ -387,7 +391,7 @@ def _name_outputs(found: list[places.InputFile], table: Table, settings: Setting
     wanted = Counter(name.casefold() for name in names.values())
     for file in found:
         name, input = names[file.place], escape_path(file.place)
-        old = table.row(input)
+        old = table.get_row(input)
         if old is not None and old.output.endswith(f".{suffix}"):
             names[file.place] = old.output
         elif wanted[name.casefold()] > 1 or taken.get(name.casefold(), input) != input:
@@ -449,7 +453,7 @@ def _submit_tasks(client: Any, tasks: Iterator[Task], ahead: int) -> Iterator[tu
     while True:
         more = list(islice(tasks, ahead - len(under_way)))
         if more:
-            futures = client.map(run, more, key="igl_linabf", pure=False)
+            futures = client.map(run_task, more, key="igl_linabf", pure=False)
             under_way.update(zip(futures, more, strict=True))
             for future in futures:
                 future.add_done_callback(finished.put)
@@ -458,7 +462,7 @@ def _submit_tasks(client: Any, tasks: Iterator[Task], ahead: int) -> Iterator[tu
         try:
             futures = [finished.get(timeout=PATIENCE)]
         except Empty:
-            lookout.check()
+            lookout.check_workers()
             continue
         while not finished.empty():
             futures.append(finished.get())

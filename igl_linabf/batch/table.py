@@ -132,7 +132,7 @@ class Table:
             if self._lock is not None:
                 _lock_folder(self._lock, self.folder)
             self._rows = {row.input: row for row in self._read_csv()}
-            for path in self._journals():  # journals are at least as recent as the table file
+            for path in self._list_journals():  # journals are at least as recent as the table file
                 self._rows |= {row.input: row for row in _read_journal(path)}
         except BaseException:
             self._close()
@@ -154,7 +154,7 @@ class Table:
             os.close(self._lock)
             self._lock = None
 
-    def row(self, input: str) -> Row | None:
+    def get_row(self, input: str) -> Row | None:
         """Return the row of an input, or None if the table has no such row."""
         return self._rows.get(input)
 
@@ -162,7 +162,7 @@ class Table:
         """Return a dict from the output to the input of each row."""
         return {row.output: row.input for row in self._rows.values()}
 
-    def plan(self, rows: Iterable[Row]) -> None:
+    def plan_rows(self, rows: Iterable[Row]) -> None:
         """Append the rows of the planned inputs, in order, to the rows of other inputs from earlier runs."""
         planned = {row.input: row for row in rows}
         kept = {row.input: row for row in self._rows.values() if row.outcome != WAITING}
@@ -171,7 +171,7 @@ class Table:
         self._remove_journals()
         self._cost = 0.0  # ignore the first write, which includes the import of pyarrow
 
-    def add(self, row: Row) -> None:
+    def add_row(self, row: Row) -> None:
         """Add a result to the table in memory, and write the table from time to time."""
         self._rows[row.input] = row
         if perf_counter() - self._written_at > WRITING_PAUSE * self._cost:
@@ -182,14 +182,14 @@ class Table:
         start = perf_counter()
         rows = list(self._rows.values())
         with (
-            places.replace_atomically(places.join(self.folder, CSV)) as path,
+            places.replace_atomically(places.join_path(self.folder, CSV)) as path,
             open(path, "w", newline="", encoding="utf-8") as file,
         ):
             writer = csv.writer(file)
             writer.writerow(HEADER)
             writer.writerows([_make_cell(getattr(row, name)) for name in COLUMNS] for row in rows)
         if find_spec("pyarrow"):
-            with places.replace_atomically(places.join(self.folder, PARQUET)) as path:
+            with places.replace_atomically(places.join_path(self.folder, PARQUET)) as path:
                 _save_parquet(path, rows)
         self._written_at = perf_counter()
         self._cost = self._written_at - start
@@ -197,7 +197,7 @@ class Table:
     def _read_csv(self) -> list[Row]:
         try:
             with (
-                places.fetch(places.join(self.folder, CSV)) as path,
+                places.fetch_file(places.join_path(self.folder, CSV)) as path,
                 open(path, newline="", encoding="utf-8") as file,
             ):
                 header, *lines = csv.reader(file)
@@ -207,14 +207,16 @@ class Table:
             return []
         except ValueError:  # the file is not from a batch
             pass
-        raise OSError(None, "is not the table of a batch: move it elsewhere", places.join(self.folder, CSV))
+        raise OSError(
+            None, "is not the table of a batch: move it elsewhere", places.join_path(self.folder, CSV)
+        )
 
-    def _journals(self) -> list[Path]:
+    def _list_journals(self) -> list[Path]:
         return [] if places.is_url(self.folder) else sorted(Path(self.folder).glob(f"{JOURNAL}-*"))
 
     def _remove_journals(self) -> None:
         """Remove the journals after their rows have been written to the table."""
-        for path in self._journals():
+        for path in self._list_journals():
             path.unlink(missing_ok=True)
 
 

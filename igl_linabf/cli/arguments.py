@@ -44,7 +44,7 @@ class Option:
     required: bool = False
 
 
-def output_option(help: str) -> Option:
+def describe_output_option(help: str) -> Option:
     """Describe the required option `-o` of a command."""
     return Option(help, "OUT", flags=("-o", "--output"), required=True)
 
@@ -72,7 +72,7 @@ def add_options(parser: argparse.ArgumentParser, command: Command) -> None:
         words = get_args(kinds[0]) if [get_origin(kind) for kind in kinds] == [Literal] else None
         choices = option.choices or words
         settings |= {"metavar": option.metavar, "nargs": option.nargs, "choices": choices}
-        convert = partial(_convert, name=names[-1], kinds=kinds)
+        convert = partial(_convert_text, name=names[-1], kinds=kinds)
         settings["type"] = type(choices[0]) if choices else option.parse or convert
         action = parser.add_argument(*names, **settings)
         if Path in kinds or positional:
@@ -132,7 +132,7 @@ def _list_types(annotation: Any) -> list[Any]:
     return [get_args(kind)[0] if get_origin(kind) is list else kind for kind in kinds]
 
 
-def _convert(text: str, name: str, kinds: Sequence[Any]) -> Any:
+def _convert_text(text: str, name: str, kinds: Sequence[Any]) -> Any:
     """Convert a text to the first of the types that accepts it; a `Literal` type accepts its values."""
     for kind in kinds:
         if text in get_args(kind):
@@ -184,7 +184,7 @@ def parse_factors(text: str) -> tuple[float, float]:
     return across, along
 
 
-def parse_axis_or(text: str, words: Sequence[str]) -> list[float] | str:
+def parse_axis_or_word(text: str, words: Sequence[str]) -> list[float] | str:
     """Convert a direction to a vector; return any of the given words unchanged."""
     return text if text in words else parse_axis(text)
 
@@ -239,7 +239,7 @@ CHARTS = {
         "where seams may lie: the direction in which the back or underside faces (--hide=0,-1,0); or back: "
         "the side of a head or figure that has no face",
         "X,Y,Z or back",
-        partial(parse_axis_or, words=("back",)),
+        partial(parse_axis_or_word, words=("back",)),
     ),
     "keep_holes": Option("leave holes uncut"),
     "repair_overlaps": Option("move overlapping parts apart instead of splitting charts"),

@@ -23,12 +23,12 @@ from .arguments import (
     Units,
     Weight,
     build_method,
-    output_option,
+    describe_output_option,
 )
 from .jobs import ExitCode
 
 INPUTS = Option("mesh files, folders of them, globs in quotes, URLs", "IN", nargs="+")
-OUTPUT = output_option("folder for the maps and results.csv; an interrupted batch resumes there")
+OUTPUT = describe_output_option("folder for the maps and results.csv; an interrupted batch resumes there")
 HOW = Option("unwrap: with seams; flatten: disks only; cortex: FreeSurfer subjects")
 METHOD = Option(
     "method (default: isometric, but linabf with --cones and to flatten)", choices=sorted(METHODS)

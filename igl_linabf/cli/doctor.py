@@ -21,12 +21,14 @@ EXTRAS = {  # optional packages, explained in docs/install.md
 
 def print_versions() -> ExitCode:
     """Print the versions of packages, and the libraries that the linear solvers use."""
-    print(f"igl-linabf {version('igl-linabf')}, Python {platform.python_version()}, {platform.platform()}")
+    print(
+        f"igl-linabf {find_version('igl-linabf')}, Python {platform.python_version()}, {platform.platform()}"
+    )
     for name in NEEDED:
-        print(f"  {name} {version(name)}")
+        print(f"  {name} {find_version(name)}")
     print("Extras, each installed by pip install 'igl-linabf[EXTRA]':")
     for extra, packages in EXTRAS.items():
-        print(f"  {extra}: {', '.join(f'{name} {version(name)}' for name in packages)}")
+        print(f"  {extra}: {', '.join(f'{name} {find_version(name)}' for name in packages)}")
     if has_cholmod():
         print(f"CHOLMOD: yes, with {find_cholmod_blas() or 'an unknown BLAS'}")
     else:
@@ -35,7 +37,7 @@ def print_versions() -> ExitCode:
     return ExitCode.GOOD
 
 
-def version(package: str) -> str:
+def find_version(package: str) -> str:
     """Return the installed version of a package, or "not installed"."""
     try:
         return metadata.version(package)

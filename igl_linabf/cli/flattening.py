@@ -17,7 +17,7 @@ from ..flattening import METHODS, Fit, compare, flatten
 from ..io import (
     Patch,
     as_mesh_file,
-    check_free,
+    check_no_file_exists,
     check_target,
     is_flat_format,
     read_tifxyz,
@@ -38,9 +38,9 @@ from .arguments import (
     Units,
     Weight,
     build_method,
-    output_option,
+    describe_output_option,
     parse_axis,
-    parse_axis_or,
+    parse_axis_or_word,
 )
 from .jobs import FORCE, MESHES, OUTPUT, PICTURE, PROGRESS, REPORTS, ExitCode, Job, check_companion_files
 from .outputs import make_writer, report_troubles, write_outputs
@@ -96,7 +96,7 @@ def flatten_mesh(
         units = "mesh" if in_lengths or is_flat_format(job.target) else "square"
     if in_lengths and units == "square":
         raise ValueError("--fit lengths sets a scale in the mesh's units: give --units mesh, too")
-    mesh = job.read(surface)
+    mesh = job.read_mesh(surface)
     check_companion_files(job, mesh)
     V, F = mesh.V, mesh.triangles
     with progress_part("flattening", PROGRESS["computing"]), warnings.catch_warnings():
@@ -141,7 +141,7 @@ def compare_methods(
     'heads/*.off' --json > figures.jsonl    # one line per mesh
     """
     names = [name.strip() for name in methods.split(",")]
-    mesh = job.read()
+    mesh = job.read_mesh()
     V, F = mesh.V, mesh.triangles
     with progress_part("comparing", PROGRESS["computing"]):
         comparison = compare(V, F, names, repeat=repeat, boundary=boundary, corners=corners)
@@ -150,7 +150,7 @@ def compare_methods(
 
 
 SUBJECT = Option("folder of a subject, which contains surf/", "SUBJECT")
-FOLDER = output_option("folder for the files; created if it does not exist")
+FOLDER = describe_output_option("folder for the files; created if it does not exist")
 CUTS = Option("take the cuts from a template, or find them from the medial wall")
 MEDIAL_WALL = Option("medial wall of the template, or from label/?h.cortex.label")
 TEMPLATE = Option(
@@ -192,7 +192,7 @@ def flatten_cortex(
     given = None if template is None or template_sphere is None else (template, template_sphere)
     if not os.access(output if output.exists() else output.parent, os.W_OK):
         raise OSError(None, "the folder is missing or cannot be written to", str(output))
-    check_free((path for name in names for path in list_files(output, name)), job.force)
+    check_no_file_exists((path for name in names for path in list_files(output, name)), job.force)
     flats = flatten_hemispheres(
         job.mesh,
         names,
@@ -222,14 +222,14 @@ def flatten_cortex(
 
 SEGMENT = Option("folder in the tifxyz format", "SEGMENT")
 SCROLL_FORCE = Option("replace an existing segment and mesh")
-SCROLL_FOLDER = output_option("folder of the flat segment")
+SCROLL_FOLDER = describe_output_option("folder of the flat segment")
 OBJ = Option("also write the flattened mesh, with texture coordinates in voxels", "OUT.obj")
 PIECES = Option("flatten the N largest pieces, side by side", "N")
 SCROLL_UP = Option(
     "direction that points up in the flat segment: axis (of the scroll, z), rows (of the given grid), or a "
     "direction in the volume, such as --up=-z",
     "DIRECTION",
-    partial(parse_axis_or, words=("axis", "rows")),
+    partial(parse_axis_or_word, words=("axis", "rows")),
 )
 
 
@@ -261,7 +261,7 @@ def flatten_scroll(
     if obj is not None:
         if obj.suffix.lower() != ".obj":
             raise ValueError(f"{obj} does not end in .obj: give a file name that does")
-        check_free([obj], job.force)
+        check_no_file_exists([obj], job.force)
     silent = job.quiet or job.json
     with show_progress(False if silent else None):
         with progress_part("reading", PROGRESS["reading"]):

@@ -17,13 +17,13 @@ from ..errors import escape_control_characters
 from ..io import (
     SUFFIXES,
     MeshFile,
-    check_free,
+    check_no_file_exists,
     detect_suffix,
     list_companion_files,
     normalize_suffix,
     read_file,
 )
-from .arguments import ALLOW_OUTSIDE, Command, Option, bind_options, output_option
+from .arguments import ALLOW_OUTSIDE, Command, Option, bind_options, describe_output_option
 
 STDIO = Path("-")  # the path that stands for standard input or output
 
@@ -64,7 +64,7 @@ class Job:
         """The output file; for standard output, a file name with the suffix of its format."""
         return Path(f"map.{self.format}") if self.output in (None, STDIO) else self.output
 
-    def read(self, surface: Path | None = None, texcoord: int = 0) -> MeshFile:
+    def read_mesh(self, surface: Path | None = None, texcoord: int = 0) -> MeshFile:
         """Read the mesh; some of its corners may lack texture coordinates."""
         if self.mesh.is_dir():
             raise ValueError(f"{self.mesh} is a folder: give its files, or use igl-linabf batch")
@@ -74,10 +74,12 @@ class Job:
             )
 
 
-def output_options(formats: str, suffixes: Sequence[str]) -> dict[str, Option]:
+def describe_output_options(formats: str, suffixes: Sequence[str]) -> dict[str, Option]:
     """Describe the options of a command that writes one file for each mesh."""
     return {
-        "output": output_option(f"{formats} file, or a folder that exists, or - for standard output"),
+        "output": describe_output_option(
+            f"{formats} file, or a folder that exists, or - for standard output"
+        ),
         "format": Option(
             "of files in a folder and of standard output", choices=[suffix[1:] for suffix in suffixes]
         ),
@@ -95,7 +97,9 @@ MESHES = {
     ),
     "allow_outside": ALLOW_OUTSIDE,
 }
-OUTPUT = output_options("OBJ, PLY, GLB, glTF, 3MF, VTP, GIFTI or FreeSurfer (.surf, .flat)", SUFFIXES)
+OUTPUT = describe_output_options(
+    "OBJ, PLY, GLB, glTF, 3MF, VTP, GIFTI or FreeSurfer (.surf, .flat)", SUFFIXES
+)
 PICTURE = {"picture": Option("checkerboard picture to write", "OUT.png"), "force": FORCE}
 REPORTS = {
     "json": Option("print all figures as JSON, one line per mesh, instead of tables"),
@@ -144,7 +148,7 @@ def _plan_jobs(job: Job) -> list[Job]:
         # only the last job calls `on_commit`, because it disables Ctrl-C
         jobs[:-1] = [replace(one, on_commit=lambda: None) for one in jobs[:-1]]
     paths = (path for one in jobs for path in (one.output, one.picture))
-    check_free((path for path in paths if path is not None and path != job.output), job.force)
+    check_no_file_exists((path for path in paths if path is not None and path != job.output), job.force)
     return jobs
 
 
@@ -205,7 +209,7 @@ def check_companion_files(
         raise ValueError(
             f"the picture and the texture would both be written to {job.picture}: rename the picture"
         )
-    check_free(beside, job.force)
+    check_no_file_exists(beside, job.force)
 
 
 def _expand_patterns(given: Sequence[str]) -> list[str]:

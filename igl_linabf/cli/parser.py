@@ -14,7 +14,7 @@ import shtab
 from ..errors import escape_control_characters
 from .arguments import Command, add_options
 from .batching import run_batch
-from .doctor import print_versions, version
+from .doctor import find_version, print_versions
 from .flattening import compare_methods, flatten_cortex, flatten_mesh, flatten_scroll
 from .jobs import ExitCode, run_command
 from .pattern_making import draw_pattern
@@ -49,17 +49,17 @@ class Parser(argparse.ArgumentParser):
         )
 
 
-class Help(argparse.HelpFormatter):
+class HelpFormatter(argparse.HelpFormatter):
     """A formatter of help texts that wraps all text except the examples."""
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
         return text if text.startswith(EXAMPLES) else super()._fill_text(text, width, indent)
 
 
-def command_parser() -> Parser:
+def make_command_parser() -> Parser:
     """Return the parser of the whole command, which parses the options of the functions in `COMMANDS`."""
     parser = Parser(prog="igl-linabf", description="Linear angle based parameterization of triangle meshes.")
-    parser.add_argument("--version", action="version", version=f"igl-linabf {version('igl-linabf')}")
+    parser.add_argument("--version", action="version", version=f"igl-linabf {find_version('igl-linabf')}")
     parser.add_argument(
         "--print-completion",
         action=shtab.completion_action(),
@@ -75,7 +75,7 @@ def command_parser() -> Parser:
             help=summary,
             description=description,
             epilog="\n".join(lines) if examples else None,
-            formatter_class=Help,
+            formatter_class=HelpFormatter,
         )
         add_options(subparser, command)
     return parser
@@ -93,7 +93,7 @@ def main(arguments: Sequence[str] | None = None, *, on_commit: Callable[[], obje
 
     `on_commit` is called after all output is printed and written, before temporary files are renamed.
     """
-    options = vars(command_parser().parse_args(arguments))
+    options = vars(make_command_parser().parse_args(arguments))
     command = COMMANDS[options.pop("command")]
     explain = partial(name_options, command=command, commands=COMMANDS)
     with _print_warnings_on_one_line(explain):

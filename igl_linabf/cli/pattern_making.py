@@ -20,10 +20,10 @@ from ..patterns import (
     writing_pattern,
 )
 from .arguments import CHARTS, EXTEND_SEAMS, SEAMS, MethodName, Option, parse_axis, parse_factors, read_seams
-from .jobs import MESHES, PROGRESS, REPORTS, ExitCode, Job, output_options
+from .jobs import MESHES, PROGRESS, REPORTS, ExitCode, Job, describe_output_options
 from .outputs import report_troubles, write_outputs
 
-OUTPUT = output_options("SVG, DXF (both in millimetres) or PDF", PATTERN_SUFFIXES)
+OUTPUT = describe_output_options("SVG, DXF (both in millimetres) or PDF", PATTERN_SUFFIXES)
 UNIT = Option(f"unit of length of the mesh (default: that in its file, or {DEFAULT_UNITS})", choices=UNITS)
 GRAIN = Option("direction in space along which the arrows point (default: z)", "AXIS", parse_axis)
 UP = Option("direction in space that points up on the pieces (default: the grain)", "AXIS", parse_axis)
@@ -94,7 +94,7 @@ def draw_pattern(
     'parts/*.obj' -o sheets/ --format dxf --json > seams.jsonl    # one line per mesh
     'parts/*.obj' -o sheets/ --force    # replaces existing sheets
     """
-    mesh = job.read()
+    mesh = job.read_mesh()
     unit, given_by = _find_units(units, mesh)
     options = PatternOptions.from_arguments(
         unit, crease, grain or parse_axis("z"), up, tabs, allowance, compensation or (1.0, 1.0)

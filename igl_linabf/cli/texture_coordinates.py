@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from .._runtime import progress_part
 from .._types import FloatArray
-from ..batch import check_target, warn_of_bare_parts
+from ..batch import check_target, warn_of_parts_without_texture
 from ..charts import Packing
 from ..errors import MeshError, MeshWarning, escape_control_characters, stack_level
 from ..io import MeshFile, find_largest_image, has_transformed_textures, list_image_users
@@ -62,7 +62,7 @@ def check_coordinates(
     check = {**found.figures, "limits": found.report.limits, "flipped": found.flipped}
     check["sheets"] = found.report.sheets
     figures = {"good": found.good, "troubles": found.troubles, "check": check}
-    write_outputs(job, f"{found}{note}", {**figures, "unmapped_parts": mesh.list_bare_parts()})
+    write_outputs(job, f"{found}{note}", {**figures, "unmapped_parts": mesh.list_parts_without_texture()})
     return report_troubles(job, found.good, found.troubles)
 
 
@@ -120,18 +120,18 @@ def pack_charts(
     with progress_part("packing", PROGRESS["computing"]):
         packed = pack(mesh.V, mesh.F, TC, FTC, packing, **options)
     write = partial(make_writer(job), mesh=mesh, TC=packed.TC, FTC=packed.FTC, texcoord=texcoord)
-    figures = {"packed": packed, "unmapped_parts": mesh.list_bare_parts()}
+    figures = {"packed": packed, "unmapped_parts": mesh.list_parts_without_texture()}
     write_outputs(job, str(packed), figures, write=write)
     return ExitCode.GOOD
 
 
 def _read_mesh_with_coordinates(job: Job, bare: str, texcoord: int) -> tuple[MeshFile, FloatArray, Faces]:
     """Read a mesh and its texture coordinates; `bare` is a text about faces without texture coordinates."""
-    mesh = job.read(texcoord=texcoord)
+    mesh = job.read_mesh(texcoord=texcoord)
     if mesh.TC is None or mesh.FTC is None:
         which, hint = ("second ", " with --texcoord 1") if texcoord else ("", "")
         raise MeshError(f"{job.title} has no {which}texture coordinates: unwrap it{hint}")
-    warn_of_bare_parts(mesh, [bare])
+    warn_of_parts_without_texture(mesh, [bare])
     if has_transformed_textures(mesh, texcoord):
         warnings.warn(
             "materials transform the texture coordinates (KHR_texture_transform): the stored ones are used, "

@@ -105,7 +105,7 @@ def unwrap_mesh(
     - -o - --quiet < bunny.obj > atlas.obj
     """
     check_target(job.target, packing.bake, texcoord)
-    mesh = job.read()
+    mesh = job.read_mesh()
     check_contents(mesh, packing, texcoord)
     check_companion_files(job, mesh, list_image_kinds(packing.bake, mesh), packing.pages or 1, bool(texcoord))
     given_cones = _read_cones(cones, cone_angles, period)
@@ -113,7 +113,7 @@ def unwrap_mesh(
     given_seams = read_seams(seams, mesh, charts, chosen)
     warn_of_missing_coordinates(mesh, packing.bake, texcoord, seams)
     if keep_materials:
-        charts = replace(charts or ChartOptions(), labels=_material_labels(mesh, given_cones))
+        charts = replace(charts or ChartOptions(), labels=_get_material_labels(mesh, given_cones))
     with warnings.catch_warnings(), progress_part("unwrapping", PROGRESS["computing"]):
         warnings.simplefilter("ignore", OutcomeWarning)  # `report_troubles` reports the problems
         atlas = unwrap(
@@ -136,7 +136,7 @@ def unwrap_mesh(
     )  # a map that is stored as a surface keeps the size of the mesh
     pictured = mesh.V[atlas.origin], atlas.drawn, {chosen.name: atlas.flat}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
-    figures |= {"unmapped_parts": mesh.list_bare_parts()} if mesh.TC is not None else {}
+    figures |= {"unmapped_parts": mesh.list_parts_without_texture()} if mesh.TC is not None else {}
     write = partial(make_writer(job), mesh=mesh, TC=TC, FTC=atlas.FTC, image=image, texcoord=texcoord)
     write_outputs(job, str(atlas), figures, pictured, write)
     return report_troubles(job, atlas.good, atlas.troubles)
@@ -155,7 +155,7 @@ def _read_cones(cones: Any, angles: Any, period: float | None) -> Cones | None:
     return Cones(cones, angles=angles, period=period)
 
 
-def _material_labels(mesh: MeshFile, cones: Cones | None) -> Any:
+def _get_material_labels(mesh: MeshFile, cones: Cones | None) -> Any:
     """Return the material of each face as a chart label."""
     if cones is not None:
         raise ValueError(

@@ -5,8 +5,8 @@ module or sub-package; `files` defines the public functions and `parsing` is sha
 """
 
 from .._runtime import replacing
-from .colours import corner_colours as corner_colours
 from .colours import find_largest_image as find_largest_image
+from .colours import get_corner_colours as get_corner_colours
 from .colours import image_maps
 from .colours import is_direction_map as is_direction_map
 from .colours import list_image_users as list_image_users
@@ -35,7 +35,7 @@ from .formats import FLAT as FLAT
 from .formats import READABLE_SUFFIXES, WRITERS
 from .formats import WITH_IMAGES as WITH_IMAGES
 from .formats import WITH_TWO_MAPS as WITH_TWO_MAPS
-from .formats import check_free as check_free
+from .formats import check_no_file_exists as check_no_file_exists
 from .formats import detect_suffix as detect_suffix
 from .formats import find_object_frames as find_object_frames
 from .formats import has_transformed_textures as has_transformed_textures

@@ -35,7 +35,7 @@ def get_stored_colours(mesh: MeshFile) -> FloatArray | None:
     return None if extras.colours is None else extras.colours[polygons.corners]
 
 
-def corner_colours(mesh: MeshFile) -> FloatArray | None:
+def get_corner_colours(mesh: MeshFile) -> FloatArray | None:
     """Return the colours at the corners of the faces, (#C, 3 or 4), from 0 to 1; None without colours.
 
     In glTF and 3MF, vertex colours are multiplied by material colours in linear RGB. In other formats,
@@ -76,7 +76,7 @@ def compute_corner_normals(mesh: MeshFile) -> FloatArray:
     """
     V, triangles, stored = mesh.V, mesh.triangles, mesh.extras.normals
     if stored is not None and mesh.extras.normal is not None:
-        normals = stored[mesh.extras.normal[mesh.split.place]]
+        normals = stored[mesh.extras.normal[mesh.triangulation.place]]
     elif mesh.path is not None and mesh.path.suffix.lower() in GLTF_SUFFIXES:
         a, b, c = V[triangles.T]
         normals = np.repeat(np.cross(b - a, c - a)[:, None], 3, axis=1)

@@ -17,7 +17,7 @@ from ..surface import Polygons, face_array, map_array, vertex_array
 from .colours import replace_colours_that_are_not_finite
 from .formats import ImageArgument, parse_file, select_second_coordinates, write_atomically
 from .mesh_file import MeshFile, check_corners, gather_at_triangles
-from .obj import load_looks, save_obj
+from .obj import load_materials, save_obj
 from .references import Folder
 
 
@@ -146,7 +146,7 @@ def read_file(
     found = parse_file(path, surface, allow_outside)
     if not len(found.V) or not len(found.polygons):
         raise _make_no_faces_error(path, found)
-    looks = load_looks(found.extras, Folder(path.parent, allow_outside))
+    looks = load_materials(found.extras, Folder(path.parent, allow_outside))
     extras = replace_colours_that_are_not_finite(looks, path.name)
     mesh = replace(found, V=vertex_array(found.V), extras=extras, path=path, allow_outside=allow_outside)
     if texcoord:
@@ -309,7 +309,7 @@ def write_obj(path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, uv: Arra
     missing = np.flatnonzero(~mapped[faces].all(axis=1))
     if len(missing):
         raise MeshError(f"face {missing[0]} has a vertex without coordinates in uv: pass a map of all faces")
-    _write_as_obj(path, MeshFile(positions, Polygons.from_triangles(faces)).textured(map_))
+    _write_as_obj(path, MeshFile(positions, Polygons.from_triangles(faces)).with_texture(map_))
 
 
 def write_mesh(
@@ -447,7 +447,7 @@ def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:
     >>> os.path.getsize(path) > 50_000
     True
     """
-    _write_as_obj(path, MeshFile(grid.V, Polygons.from_faces(grid.faces)).textured(grid.uv))
+    _write_as_obj(path, MeshFile(grid.V, Polygons.from_faces(grid.faces)).with_texture(grid.uv))
 
 
 def unit_square(uv: ArrayLike) -> FloatArray:

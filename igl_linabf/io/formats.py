@@ -33,9 +33,9 @@ from .external import (
     parse_patch,
     parse_vtp,
     save_3mf,
+    save_freesurfer,
     save_gifti,
     save_patch,
-    save_surf,
     save_vtp,
 )
 from .gltf import GltfFile, has_texture_transforms, parse_gltf, save_gltf
@@ -120,7 +120,7 @@ WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
     ".vtp": save_vtp,
     ".gii": save_gifti,
     ".gii.gz": save_gifti,
-    ".surf": save_surf,
+    ".surf": save_freesurfer,
     **dict.fromkeys(PATCH_SUFFIXES, save_patch),
 }
 WITH_IMAGES = (".glb", ".gltf", ".obj", ".3mf")
@@ -174,7 +174,7 @@ def parse_file(
     if surface is not None:
         raise ValueError(f"{path} is not a patch, and contains its own surface: leave out the surface")
     if suffix in BYTE_READERS:
-        return parse(path.read_bytes(), suffix, str(path))
+        return parse_bytes(path.read_bytes(), suffix, str(path))
     refers, read = REFERRING_READERS.get(suffix), PATH_READERS.get(suffix, parse_freesurfer)
     try:
         return refers(path, allow_outside) if refers else read(path)
@@ -217,7 +217,7 @@ def _parse_patch(path: Path, surface: str | os.PathLike[str] | None) -> MeshFile
         raise MeshError(f"{path} cannot be read as a patch: {damage}") from None
 
 
-def parse(data: bytes, suffix: str, name: str) -> MeshFile:
+def parse_bytes(data: bytes, suffix: str, name: str) -> MeshFile:
     """Parse the mesh from the bytes of a file.
 
     Parameters
@@ -352,7 +352,7 @@ def transform_to_object_space(mesh: MeshFile, path: str | os.PathLike[str]) -> t
     face = np.zeros(len(V), dtype=np.int64)
     face[mesh.polygons.corners] = mesh.polygons.polygon_of_corner
     inverse = np.linalg.pinv(frames) * sign[:, None, None]
-    rotated = normals @ (frames * sign[:, None, None])[mesh.split.face]
+    rotated = normals @ (frames * sign[:, None, None])[mesh.triangulation.face]
     return np.einsum("vij,vj->vi", inverse[face], V), normalize_vectors(rotated)
 
 
@@ -401,7 +401,7 @@ def get_second_map_path(path: Path) -> Path:
     return path.with_name(f"{path.stem}_texcoord1{path.suffix}")
 
 
-def check_free(paths: Iterable[Path], force: bool) -> None:
+def check_no_file_exists(paths: Iterable[Path], force: bool) -> None:
     """Raise `FileExistsError` if any of the files exists, unless `force` is set."""
     for path in paths:
         if os.path.lexists(path) and not force:
@@ -442,15 +442,15 @@ def write_atomically(
     if texcoord and image is not None:
         raise ValueError("an image needs the first texture coordinates: leave out the image or texcoord=1")
     images = _select_images(encode_images(image), suffix)
-    new = mesh.with_second(TC, FTC) if texcoord else mesh.textured(TC, FTC)
-    if new.bare.any() and suffix not in WITH_BARE_FACES:
+    new = mesh.with_second_texture(TC, FTC) if texcoord else mesh.with_texture(TC, FTC)
+    if new.lacks_texture.any() and suffix not in WITH_BARE_FACES:
         _warn_of_filled_corners(new, suffix)
-        new = new.fill_bare_corners()
+        new = new.fill_missing_texture()
     rewritten = isinstance(mesh.extras.source, GltfFile) and suffix in GLTF_SUFFIXES
     prepared, changed = _adapt_names(split_materials_by_page(replace(new, images=images), rewritten), suffix)
     kinds = {} if images is None else images.maps
     pages = 1 if images is None else images.pages
-    check_free(list_companion_files(path, prepared, kinds, pages, bool(texcoord)), force)
+    check_no_file_exists(list_companion_files(path, prepared, kinds, pages, bool(texcoord)), force)
     warn_of_loss(prepared, suffix, changed)
     beside = encode_material_files(prepared, path) if suffix == ".obj" else {}
     with ExitStack() as stack:
@@ -475,8 +475,9 @@ def write_atomically(
 
 def _warn_of_filled_corners(mesh: MeshFile, suffix: str) -> None:
     warnings.warn(
-        f"{suffix[1:].upper()} has texture coordinates at all corners: {', '.join(mesh.list_bare_parts())} "
-        "without coordinates get 0, 1; write GLB or OBJ to leave them out",
+        f"{suffix[1:].upper()} has texture coordinates at all corners: "
+        f"{', '.join(mesh.list_parts_without_texture())} without coordinates get 0, 1; write GLB or OBJ to "
+        "leave them out",
         MeshWarning,
         stacklevel=stack_level(),
     )

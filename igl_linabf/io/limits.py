@@ -15,14 +15,14 @@ CHUNK = 2**16  # number of bytes to decompress at a time
 ENTITY_PATTERN = re.compile(rb"<!ENTITY")
 
 
-def largest_expansion(size: int) -> int:
+def get_max_expanded_bytes(size: int) -> int:
     """Return the number of bytes of memory that the contents of a file of `size` bytes may occupy."""
     return max(MIN_EXPANSION_LIMIT, MAX_EXPANSION * size)
 
 
 def check_expansion(wanted: int, size: int, what: str) -> None:
     """Raise `Damaged` if `what` needs `wanted` bytes, out of proportion to a file of `size` bytes."""
-    if wanted > largest_expansion(size):
+    if wanted > get_max_expanded_bytes(size):
         raise Damaged(
             f"{what} would take {wanted:,} bytes, out of proportion to the {size:,} bytes of the file"
         )
@@ -52,7 +52,7 @@ def inflate(data: bytes, limit: int, what: str) -> bytes:
     return bytes(found)
 
 
-def refuse_entities(data: bytes) -> None:
+def reject_entities(data: bytes) -> None:
     """Raise `Damaged` if XML declares entities, which may expand to any size or include other files."""
     if ENTITY_PATTERN.search(data.replace(b"\0", b"")):  # zero bytes are removed to search UTF-16, too
         raise Damaged("its XML declares entities, which mesh files do not need: remove the declaration")

@@ -103,14 +103,14 @@ class MeshFile:
         return None if self.texture is None else self.polygons.reshape_like_faces(self.texture)
 
     @cached_property
-    def split(self) -> Triangles:
+    def triangulation(self) -> Triangles:
         """The faces split into triangles."""
         return self.polygons.triangulate(self.V)
 
     @property
     def triangles(self) -> IntArray:
         """The vertices of the faces' triangles, (#T, 3)."""
-        return self.split.F
+        return self.triangulation.F
 
     @property
     def colours(self) -> FloatArray | None:
@@ -118,7 +118,7 @@ class MeshFile:
         return self.extras.colours
 
     @cached_property
-    def bare(self) -> BoolArray:
+    def lacks_texture(self) -> BoolArray:
         """Mask of the faces, (#F,), that lack texture coordinates at a corner."""
         bare = np.ones(len(self.polygons), dtype=bool)
         if self.texture is not None:
@@ -126,13 +126,13 @@ class MeshFile:
             bare[self.polygons.polygon_of_corner[self.texture < 0]] = True
         return bare
 
-    def list_bare_parts(self) -> list[str]:
+    def list_parts_without_texture(self) -> list[str]:
         """Return the names of the parts with faces that lack texture coordinates, or the numbers of faces."""
         names, of_face = self.extras.parts or ((), np.full(len(self.polygons), -1))
-        found = np.unique(of_face[self.bare]).tolist()
+        found = np.unique(of_face[self.lacks_texture]).tolist()
         if found and found[0] >= 0:
             return [names[i] for i in found]
-        return [f"faces {first_few(np.flatnonzero(self.bare))}"] if found else []
+        return [f"faces {first_few(np.flatnonzero(self.lacks_texture))}"] if found else []
 
     @property
     def units(self) -> Unit | None:
@@ -149,7 +149,7 @@ class MeshFile:
         """The names of the materials."""
         return () if self.extras.materials is None else self.extras.materials[0]
 
-    def with_second(self, TC: ArrayLike, FTC: ArrayLike | None = None) -> MeshFile:
+    def with_second_texture(self, TC: ArrayLike, FTC: ArrayLike | None = None) -> MeshFile:
         """Return the mesh with second texture coordinates in addition to its own, for example for lightmaps.
 
         Corners without first texture coordinates get the second coordinates in both sets, because formats
@@ -165,7 +165,7 @@ class MeshFile:
                 "second texture coordinates need first texture coordinates: unwrap the mesh without "
                 "texcoord=1"
             )
-        new = self.textured(TC, FTC)
+        new = self.with_texture(TC, FTC)
         assert new.TC is not None and new.texture is not None
         first, rows = self.first or (self.TC, self.texture)
         lacking = (rows < 0) & (new.texture >= 0)
@@ -174,7 +174,7 @@ class MeshFile:
             first = np.concatenate((first, new.TC))
         return replace(new, first=(first, rows))
 
-    def textured(self, TC: ArrayLike, FTC: ArrayLike | None = None) -> MeshFile:
+    def with_texture(self, TC: ArrayLike, FTC: ArrayLike | None = None) -> MeshFile:
         """Return the mesh with other texture coordinates.
 
         Parameters
@@ -182,7 +182,7 @@ class MeshFile:
         TC : (#TC, 2) float
             Rows that are not finite are skipped; no corner may refer to one.
         FTC : same shape as `F`, optional
-            Rows of `TC` at the corners; by default `F`. Faces in `bare` may keep the index -1.
+            Rows of `TC` at the corners; by default `F`. Faces in `lacks_texture` may keep the index -1.
 
         Returns
         -------
@@ -195,7 +195,11 @@ class MeshFile:
         """
         map_ = vertex_array(TC, 2, "TC")
         texture = self.polygons if FTC is None else self.polygons.parse_texture_indices(FTC)
-        is_free = (texture.corners == -1) & self.bare[texture.polygon_of_corner] & (self.texture is not None)
+        is_free = (
+            (texture.corners == -1)
+            & self.lacks_texture[texture.polygon_of_corner]
+            & (self.texture is not None)
+        )
         given = np.where(is_free, texture.corners.max(initial=-1), texture.corners)
         name = "F, used as FTC," if FTC is None else "FTC"
         check_corners(map_, replace(texture, corners=given), name, "TC")
@@ -203,7 +207,7 @@ class MeshFile:
         number = np.cumsum(used) - 1
         return replace(self, TC=map_[used], texture=np.where(is_free, -1, number[given]), first=None)
 
-    def fill_bare_corners(self) -> MeshFile:
+    def fill_missing_texture(self) -> MeshFile:
         """Return the mesh with texture coordinates at all corners.
 
         Corners without texture coordinates get (0, 0) with v downwards, the position that glTF viewers use
@@ -226,7 +230,7 @@ class MeshFile:
 
 def gather_at_triangles(mesh: MeshFile, values: IntArray) -> IntArray:
     """Convert values at the corners of the faces, (#C,), to values at the corners of triangles, (#T, 3)."""
-    return values.reshape(-1, 3) if (mesh.polygons.sizes == 3).all() else values[mesh.split.place]
+    return values.reshape(-1, 3) if (mesh.polygons.sizes == 3).all() else values[mesh.triangulation.place]
 
 
 def check_corners(rows: FloatArray, index: Polygons, index_name: str, name: str) -> None:

@@ -132,7 +132,7 @@ class Column:
     def __len__(self) -> int:
         return len(self.values if self.sizes is None else self.sizes)
 
-    def take(self, rows: IntArray) -> Column:
+    def select_rows(self, rows: IntArray) -> Column:
         """Return a column with the given rows only."""
         if self.sizes is None:
             return Column(self.values[rows])

@@ -37,7 +37,7 @@ class Folder:
     allow_outside: bool = False
     root: Path | None = None
 
-    def find(self, name: str) -> Path | None:
+    def find_file(self, name: str) -> Path | None:
         """Return the file that a reference points to, or None; the reference may contain backslashes.
 
         Raises
@@ -45,7 +45,7 @@ class Folder:
         MeshError
             The file is outside the folder, directly or by a symbolic link.
         """
-        file, is_allowed = self._look_up(name)
+        file, is_allowed = self._find_allowed_file(name)
         if not is_allowed:
             raise MeshError(
                 f"the reference {name} leads out of the folder {self.root or self.path}: {REMEDY}"
@@ -64,27 +64,27 @@ class Folder:
         tiles = {
             page: f"{name[:begin]}{FIRST_UDIM_TILE + page}{name[end:]}" for page in range(MAX_UDIM_PAGES)
         }
-        found = {page: file for page, tile in tiles.items() if (file := self.find(tile)) is not None}
+        found = {page: file for page, tile in tiles.items() if (file := self.find_file(tile)) is not None}
         return found if len(found) > 1 or places[-1][0].upper() == "<UDIM>" else {}
 
-    def has(self, name: str) -> bool:
+    def contains(self, name: str) -> bool:
         """Return True if a reference points to an existing file, and may be followed."""
-        return self._look_up(name)[0] is not None
+        return self._find_allowed_file(name)[0] is not None
 
     def is_outside(self, name: str) -> bool:
         """Return True if a reference leads out of the folder, and must not be followed."""
-        return not self._look_up(name)[1]
+        return not self._find_allowed_file(name)[1]
 
-    def enter(self, path: Path) -> "Folder":
+    def with_path(self, path: Path) -> "Folder":
         """Return `path`, the folder of a referenced file, as a `Folder` with the same root."""
         return Folder(path, self.allow_outside, self.root or self.path)
 
-    def relocate(self, name: str, new: Path) -> str:
+    def relocate_reference(self, name: str, new: Path) -> str:
         """Return a reference relative to another folder.
 
         References to missing files and to files outside the folder do not change.
         """
-        target, _ = self._look_up(name)
+        target, _ = self._find_allowed_file(name)
         if target is None or Path(name).is_absolute() or self.path.resolve() == new.resolve():
             return name
         target = target.parent.resolve() / target.name  # folder names may be symbolic links
@@ -93,7 +93,7 @@ class Folder:
         except ValueError:  # the folders are on different drives
             return target.as_posix()
 
-    def _look_up(self, name: str) -> tuple[Path | None, bool]:
+    def _find_allowed_file(self, name: str) -> tuple[Path | None, bool]:
         """Return the file of a reference, or None, and whether the reference may be followed."""
         for candidate in dict.fromkeys((name, name.replace("\\", "/"))):
             try:

@@ -142,7 +142,9 @@ class SplitTriangles(NamedTuple):
 def split_at_seams(mesh: MeshFile) -> SplitTriangles:
     """Split the mesh into triangles with one vertex for each pair of position and texture coordinates."""
     split = split_vertices(mesh)
-    return SplitTriangles(mesh.V[split.vertex], split.TC, split.corners[mesh.split.place], split.vertex)
+    return SplitTriangles(
+        mesh.V[split.vertex], split.TC, split.corners[mesh.triangulation.place], split.vertex
+    )
 
 
 def make_flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, IntArray | None]:
@@ -156,7 +158,7 @@ def make_flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray, IntArray | 
         points = np.zeros((len(mesh.V), 3))
         points[split.vertex, :2] = split.TC
         return points, mesh.triangles, None
-    return np.insert(split.TC, 2, 0.0, axis=1), split.corners[mesh.split.place], split.vertex
+    return np.insert(split.TC, 2, 0.0, axis=1), split.corners[mesh.triangulation.place], split.vertex
 
 
 def choose_origin(V: FloatArray) -> FloatArray:

@@ -16,7 +16,7 @@ from overlapping_surfaces import spiral
 
 from igl_linabf import ChartOptions, unwrap
 from igl_linabf.batch import BakedPacking, flatten_files, one_mesh, places
-from igl_linabf.batch.one_mesh import Settings, Task, run
+from igl_linabf.batch.one_mesh import Settings, Task, run_task
 from igl_linabf.batch.table import Row
 from igl_linabf.charts import AtlasBounds
 from igl_linabf.cli import main
@@ -36,7 +36,7 @@ def process_mesh(folder: Path, V: np.ndarray, F: np.ndarray, how: str = "unwrap"
     igl.write_triangle_mesh(str(folder / "in.off"), V, F)
     settings = Settings(how, resolve_method("linabf"), "obj")
     row = Row(str(folder / "in.off"), "a.obj")
-    return run(Task(str(folder / "in.off"), row, str(folder / "out"), settings))
+    return run_task(Task(str(folder / "in.off"), row, str(folder / "out"), settings))
 
 
 def test_a_row_has_the_outcome_and_the_warnings(tmp_path: Path) -> None:
@@ -63,7 +63,7 @@ def test_pipes_and_dangling_links_are_failed_rows_and_other_meshes_are_processed
     (folder / "loop.obj").symlink_to("loop.obj")
     settings, outcomes = Settings("flatten", resolve_method("linabf"), "obj"), {}
     for file in places.find_inputs([folder, folder / "pipe.obj"], str(tmp_path / "out")):
-        row = run(Task(file.place, Row(file.place, file.name), str(tmp_path / "out"), settings))
+        row = run_task(Task(file.place, Row(file.place, file.name), str(tmp_path / "out"), settings))
         outcomes[file.name] = row.outcome, row.message
     assert outcomes.pop("good.obj") == ("valid", "")
     assert outcomes.pop("link.obj") == ("unreadable", os.strerror(errno.ENOENT))
@@ -91,7 +91,7 @@ def test_seams_and_materials_of_a_file_are_those_of_its_map(tmp_path: Path) -> N
         "materials": {"keep_materials": True},
     }.items():
         row = Row(str(tmp_path / "in.obj"), f"{name}.obj")
-        done = run(Task(row.input, row, str(tmp_path / "out"), replace(plain, **options)))
+        done = run_task(Task(row.input, row, str(tmp_path / "out"), replace(plain, **options)))
         assert done.outcome == "valid", done.message
         charts[name] = read_mesh_charts(tmp_path / "out" / f"{name}.obj")
     assert len(np.unique(charts["found"])) == 1
@@ -184,5 +184,5 @@ def test_a_batch_refuses_what_it_cannot_bake(tmp_path: Path) -> None:
     for packing, texcoord in ((BakedPacking(bake="texture"), 0), (BakedPacking(), 1)):
         settings = Settings("unwrap", resolve_method("lscm"), "obj", packing=packing, texcoord=texcoord)
         row = Row(str(tmp_path / "in.off"), "a.obj")
-        row = run(Task(row.input, row, str(tmp_path / "out"), settings))
+        row = run_task(Task(row.input, row, str(tmp_path / "out"), settings))
         assert row.outcome == "refused" and "has no texture coordinates" in row.message

@@ -44,7 +44,7 @@ def write_results(tasks: list[Task], out: Path, outcome: str = "valid") -> None:
             path = out / task.row.output
             path.parent.mkdir(parents=True, exist_ok=True)
             path.touch()
-            table.add(replace(task.row, outcome=outcome, charts=1))
+            table.add_row(replace(task.row, outcome=outcome, charts=1))
 
 
 def test_only_missing_and_changed_meshes_are_planned_again(folder: Path) -> None:
@@ -104,7 +104,7 @@ def test_rows_of_other_meshes_are_kept(folder: Path, tmp_path: Path) -> None:
     write_results(plan_tasks(folder, out), out)
     plan_tasks(folder / "deep", out)
     with Table(str(out)) as table:
-        row = table.row(str(folder / "a.obj"))
+        row = table.get_row(str(folder / "a.obj"))
     assert row == Row(str(folder / "a.obj"), "a.obj", "valid", charts=1, key=row.key)
 
 

@@ -24,7 +24,7 @@ from hostile_methods import Hostile
 
 from igl_linabf import ChartOptions, Cones, MeshError, Packing, unwrap
 from igl_linabf.batch import clusters, flatten_files, places, running
-from igl_linabf.batch.one_mesh import Settings, run
+from igl_linabf.batch.one_mesh import Settings, run_task
 from igl_linabf.batch.running import _plan_tasks
 from igl_linabf.batch.table import Row, Table
 from igl_linabf.flattening import resolve_method
@@ -328,7 +328,7 @@ def test_finished_results_count_even_if_the_run_was_killed(tmp_path: Path) -> No
         # the exception simulates the death of the run
         with pytest.raises(ZeroDivisionError), Table(str(out)) as table:
             for task in _plan_tasks(found, table, settings, retry=False, force=False)[:number]:
-                run(task)
+                run_task(task)
             raise ZeroDivisionError
 
     killed_after(2)
@@ -495,8 +495,8 @@ def test_invalid_arguments_are_refused_before_the_computation(tmp_path: Path, mo
 def test_formulas_in_a_table_are_quoted_and_read_back(tmp_path: Path) -> None:
     rows = [Row(input=f"/{i}", output=f"{start}1+1.obj", charts=i) for i, start in enumerate("=+-@'a")]
     with Table(str(tmp_path)) as table:
-        table.plan(rows)
+        table.plan_rows(rows)
     text = (tmp_path / "results.csv").read_text(encoding="utf-8")
     assert [line["output"][0] for line in csv.DictReader(text.splitlines())] == ["'"] * 5 + ["a"]
     with Table(str(tmp_path)) as table:
-        assert [table.row(row.input) for row in rows] == rows
+        assert [table.get_row(row.input) for row in rows] == rows

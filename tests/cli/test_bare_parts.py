@@ -140,8 +140,8 @@ def test_a_face_keeps_its_coordinates_if_another_has_none() -> None:
     polygons = Polygons.from_faces([[0, 1, 2], [0, 2, 3]])
     V, TC = np.eye(4, 3), np.eye(3, 2)
     mesh = MeshFile(V, polygons, TC, np.array([0, 1, 2, -1, -1, -1]))
-    assert mesh.textured(TC * 2, [[0, 1, 2], [-1, -1, -1]]).texture.tolist() == [0, 1, 2, -1, -1, -1]
+    assert mesh.with_texture(TC * 2, [[0, 1, 2], [-1, -1, -1]]).texture.tolist() == [0, 1, 2, -1, -1, -1]
     with pytest.raises(ValueError, match="outside"):
-        mesh.textured(TC, [[0, 1, -1], [-1, -1, -1]])
+        mesh.with_texture(TC, [[0, 1, -1], [-1, -1, -1]])
     with pytest.raises(ValueError, match="outside"):
-        MeshFile(V, polygons).textured(TC, [[0, 1, 2], [-1, -1, -1]])
+        MeshFile(V, polygons).with_texture(TC, [[0, 1, 2], [-1, -1, -1]])

@@ -25,7 +25,7 @@ from igl_linabf import linabf, quality
 from igl_linabf.cli import main
 from igl_linabf.cli.arguments import parse_axis
 from igl_linabf.cli.doctor import EXTRAS
-from igl_linabf.cli.parser import COMMANDS, command_parser, read_docstring
+from igl_linabf.cli.parser import COMMANDS, make_command_parser, read_docstring
 from igl_linabf.io import unit_square, write_mesh
 
 
@@ -190,7 +190,7 @@ def test_every_option_has_an_example_and_every_example_is_valid(command: str) ->
     _, _, examples = read_docstring(COMMANDS[command])
     for example in examples:
         words = shlex.split(re.split(r" +[#<>]", example)[0])
-        command_parser().parse_args([command, *words])  # exits the process on an error
+        make_command_parser().parse_args([command, *words])  # exits the process on an error
         shown.update(word for word in words if word.startswith("-"))
     shown = {"--output" if word == "-o" else word for word in shown}
     missing = list_options(command) - shown - {"--help"}

@@ -48,7 +48,7 @@ def round_trip(folder: Path, name: str, data: bytes | str, to: str = "out.obj") 
     TC = np.random.default_rng(0).random((len(mesh.polygons.corners), 2))
     FTC = mesh.polygons.reshape_like_faces(np.arange(len(TC)))
     write_file(out, mesh, TC, FTC)
-    return mesh.textured(TC, FTC), read_file(out, allow_outside=True)
+    return mesh.with_texture(TC, FTC), read_file(out, allow_outside=True)
 
 
 def format_tables(cells: Iterable[Cell]) -> str:

@@ -78,7 +78,7 @@ def get_description(mesh: MeshFile) -> dict[str, Any]:
 
 
 def get_array(mesh: MeshFile, number: int) -> np.ndarray:
-    return mesh.extras.source.gltf.array(number)
+    return mesh.extras.source.gltf.read_array(number)
 
 
 def get_corner_values(mesh: MeshFile, name: str) -> np.ndarray:
@@ -162,8 +162,8 @@ def check_metadata(folder: Path, extension: str = "EXT_structural_metadata") -> 
     _, after = round_trip(folder, "a.gltf", text, "out.glb")
     (table,) = get_description(after)["extensions"][extension]["propertyTables"]
     now = table["properties"]["indices"]
-    assert after.extras.source.gltf.view(now["values"]) == values.tobytes()
-    assert after.extras.source.gltf.view(now["arrayOffsets"]) == offsets.tobytes()
+    assert after.extras.source.gltf.read_view(now["values"]) == values.tobytes()
+    assert after.extras.source.gltf.read_view(now["arrayOffsets"]) == offsets.tobytes()
 
 
 def check_features(folder: Path) -> None:
@@ -227,7 +227,7 @@ def check_second_coordinates(folder: Path) -> None:
     before, after = round_trip(folder, "a.gltf", text, "out.glb")
     assert get_description(after)["materials"] == get_description(before)["materials"]
     image = get_description(after)["images"][0]
-    assert after.extras.source.gltf.view(image["bufferView"]) == make_png()
+    assert after.extras.source.gltf.read_view(image["bufferView"]) == make_png()
     for name in given:
         assert (get_corner_values(before, name) == get_corner_values(after, name)).all()
 
@@ -253,7 +253,7 @@ def check_external_image(folder: Path) -> None:
     text = make_document(images=[{"uri": "a%20b.webp"}], extensions=extensions)
     _, after = round_trip(folder, "a.gltf", text, "out.glb")
     image = get_description(after)["images"][0]
-    assert after.extras.source.gltf.view(image["bufferView"]) == b"an image"
+    assert after.extras.source.gltf.read_view(image["bufferView"]) == b"an image"
     assert get_description(after)["extensions"]["EXT_structural_metadata"]["schemaUri"] == "../in/schema.json"
 
 

@@ -98,7 +98,7 @@ def check_colours(folder: Path) -> None:
     colours = after.extras.source.gltf
     shades = np.concatenate(
         [
-            colours.numbers(of["attributes"]["COLOR_0"])[colours.array(of["indices"])]
+            colours.read_numbers(of["attributes"]["COLOR_0"])[colours.read_array(of["indices"])]
             for of in colours.text["meshes"][0]["primitives"]
         ]
     )

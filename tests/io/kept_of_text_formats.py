@@ -321,7 +321,7 @@ def check_ply_tables(quads: bool) -> Callable[[Path], object]:
         assert (after.V[:n] == before.V).all()
         np.testing.assert_allclose(new["vertex"]["quality"].values[:n], old["vertex"]["quality"].values)
         for lists in (old["vertex"]["seen_by"], new["vertex"]["seen_by"]):
-            assert lists.take(np.arange(n)).values.tolist() == old["vertex"]["seen_by"].values.tolist()
+            assert lists.select_rows(np.arange(n)).values.tolist() == old["vertex"]["seen_by"].values.tolist()
         ends = [np.concatenate([t["edge"][k].values for k in ("vertex1", "vertex2")]) for t in (old, new)]
         assert (after.V[ends[1].astype(int)] == before.V[ends[0].astype(int)]).all()
         assert "texcoord" in new["face"] or quads

@@ -14,7 +14,7 @@ from hostile_files import good_files, list_files
 
 from igl_linabf import MeshError, MeshWarning
 from igl_linabf.io import as_mesh_file, read_file, read_mesh, write_file
-from igl_linabf.io.formats import detect_suffix, parse
+from igl_linabf.io.formats import detect_suffix, parse_bytes
 
 
 @pytest.mark.skipif(FOLDER is None, reason="IGL_LINABF_MESHES is not set")
@@ -29,12 +29,12 @@ def test_readers_agree_with_igl_to_the_last_bit(name: str) -> None:
 
 def test_every_variant_of_each_format_has_the_same_surface() -> None:
     files = good_files(np.random.default_rng(0))
-    first = parse(files["obj"][0], ".obj", "mesh")
+    first = parse_bytes(files["obj"][0], ".obj", "mesh")
     for suffix, forms in files.items():
         for data in forms:
-            mesh = parse(data, f".{suffix}", "mesh")
+            mesh = parse_bytes(data, f".{suffix}", "mesh")
             assert np.allclose(mesh.V[mesh.triangles], first.V[first.triangles], rtol=1e-6, atol=1e-7)
-    with_texture = parse(files["obj"][1], ".obj", "mesh")
+    with_texture = parse_bytes(files["obj"][1], ".obj", "mesh")
     assert (first.V[:, :2] == with_texture.TC).all()
     assert (with_texture.texture == first.polygons.corners).all()
     assert (first.texture == -1).all()
@@ -67,7 +67,7 @@ def test_polygons_are_triangulated_like_igl(tmp_path: Path) -> None:
     binary_of_rhino = head.replace(b"\r\n", b"\r") + b"end_header\r" + body
     texts = [(f".{suffix}", text.encode()) for suffix, text in other.items()]
     for suffix, data in (*texts, (".ply", binary), (".ply", binary_of_rhino)):
-        mesh = parse(data, suffix, "mesh")
+        mesh = parse_bytes(data, suffix, "mesh")
         assert np.allclose(mesh.V, positions, rtol=1e-7)
         assert (faces == mesh.triangles).all()
 
@@ -82,13 +82,13 @@ def test_stl_colours_match_their_attribute_bits(title: bytes) -> None:
         struct.pack("<12fH", 0, 0, 0, *(corners + k).ravel(), 31 * bit | (0 if title else 0x8000))
         for k, bit in enumerate(bits)
     ]
-    mesh = parse(title.ljust(80, b"\0") + struct.pack("<I", 3) + b"".join(rows), ".stl", "mesh")
+    mesh = parse_bytes(title.ljust(80, b"\0") + struct.pack("<I", 3) + b"".join(rows), ".stl", "mesh")
     assert (mesh.extras.face_colours == shades).all()
 
 
 def test_negative_obj_indices_are_relative_to_their_line() -> None:
     text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf -3/-3 -2/-2 -1/-1\n"
-    twice = parse((text + text.replace("v 0 0 0", "v 0 0 5")).encode(), ".obj", "mesh")
+    twice = parse_bytes((text + text.replace("v 0 0 0", "v 0 0 5")).encode(), ".obj", "mesh")
     assert twice.F.tolist() == twice.FTC.tolist() == [[0, 1, 2], [3, 4, 5]]
 
 
@@ -166,7 +166,7 @@ endsolid
 )
 def test_damage_is_refused_with_its_place(suffix: str, text: str, said: str) -> None:
     with pytest.raises(MeshError, match=f"^mesh cannot be read as {suffix[1:].upper()}: .*{said}"):
-        parse(text.encode(), suffix, "mesh")
+        parse_bytes(text.encode(), suffix, "mesh")
 
 
 @pytest.mark.parametrize("mark", ["utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
@@ -174,32 +174,32 @@ def test_encodings_and_line_endings_do_not_change_the_mesh(mark: str) -> None:
     # with a byte order mark, in UTF-16, in upper case, and with line endings of Windows
     texts = {"off": OFF, "ply": PLY, "obj": OBJ, "stl": SOLID}
     for suffix, text in texts.items():
-        plain = parse(text.encode(), f".{suffix}", "mesh")
+        plain = parse_bytes(text.encode(), f".{suffix}", "mesh")
         for form in (text, text.replace("\n", "\r\n"), text.upper() if suffix == "stl" else text):
             data = ("\ufeff" * (mark[-2:] in ("le", "be")) + form).encode(mark)
             assert detect_suffix(data) == f".{suffix}"
-            mesh = parse(data, f".{suffix}", "mesh")
+            mesh = parse_bytes(data, f".{suffix}", "mesh")
             assert (mesh.V == plain.V).all()
             assert (mesh.polygons.corners == plain.polygons.corners).all()
             assert (mesh.polygons.sizes == plain.polygons.sizes).all()
         with pytest.raises(MeshError, match="begins as UTF-16 text, but continues"):
-            parse(b"\xff\xfe" + f"{text} ".encode() + b"\x00\xd8", f".{suffix}", "mesh")
+            parse_bytes(b"\xff\xfe" + f"{text} ".encode() + b"\x00\xd8", f".{suffix}", "mesh")
 
 
 def test_bytes_after_the_triangles_of_an_stl_file_are_skipped_with_a_warning() -> None:
     data = list_files(np.eye(3), np.array([[0, 1, 2]]))["stl"][0]
     with pytest.warns(MeshWarning, match="3 bytes follow face 0"):
-        mesh = parse(data + b"end", ".stl", "mesh")
+        mesh = parse_bytes(data + b"end", ".stl", "mesh")
     assert (mesh.V[mesh.triangles] == np.eye(3)).all()
     with pytest.raises(MeshError, match="declares 1 triangle, but 2 follow"):
-        parse(data + data[-50:], ".stl", "mesh")
+        parse_bytes(data + data[-50:], ".stl", "mesh")
 
 
 def test_unknown_obj_lines_are_skipped_with_a_warning() -> None:
     with pytest.warns(
         MeshWarning, match=r"lines 1, 9 of mesh are not OBJ statements \(the first: 'nanf 1 2'\)"
     ):
-        mesh = parse(f"nanf 1 2\n{OBJ}?\n".encode(), ".obj", "mesh")
+        mesh = parse_bytes(f"nanf 1 2\n{OBJ}?\n".encode(), ".obj", "mesh")
     assert len(mesh.triangles) == 4
 
 
@@ -217,16 +217,16 @@ def test_words_of_an_off_file_may_be_spread_over_lines(tmp_path) -> None:
 
 
 def test_obj_faces_may_span_lines_and_off_headers_need_no_space(tmp_path) -> None:
-    plain = parse(POLYGONS["obj"].encode(), ".obj", "mesh")
+    plain = parse_bytes(POLYGONS["obj"].encode(), ".obj", "mesh")
     split = POLYGONS["obj"].replace("f 1 2 3", "f 1 2 \\\n3 \\\n", 1)
-    mesh = parse(split.encode(), ".obj", "mesh")
+    mesh = parse_bytes(split.encode(), ".obj", "mesh")
     assert (mesh.triangles == plain.triangles).all()
     path = tmp_path / "again.obj"
     write_file(path, mesh, mesh.V[:, :2])
     assert (read_mesh(path)[1] == plain.triangles).all()
     with pytest.raises(MeshError, match="line 10, 'f 1 2'"):
-        parse((split + "f 1 2\n").encode(), ".obj", "mesh")
-    glued = parse(POLYGONS["off"].replace("OFF\n", "OFF").encode(), ".off", "mesh")
+        parse_bytes((split + "f 1 2\n").encode(), ".obj", "mesh")
+    glued = parse_bytes(POLYGONS["off"].replace("OFF\n", "OFF").encode(), ".off", "mesh")
     assert (glued.triangles == plain.triangles).all()
 
 

@@ -171,7 +171,7 @@ def test_3mf_has_texture_coordinates_parts_and_unit(tmp_path: Path) -> None:
     before, after = unwrap_file(source, tmp_path / "out.3mf")
     assert after.parts == before.parts
     assert after.extras.units == "millimeter"
-    split = before.split
+    split = before.triangulation
     given = np.hstack(
         (before.V[split.F].reshape(-1, 3), before.TC[before.texture[split.place]].reshape(-1, 2))
     )

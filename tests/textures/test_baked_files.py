@@ -52,7 +52,7 @@ def bake_file(tmp_path: Path, kind: str, suffix: str = ".glb") -> tuple[MeshFile
     if suffix == ".glb":
         source = mesh.extras.source.gltf
         (image,) = source.text["images"]
-        data = source.view(image["bufferView"])
+        data = source.read_view(image["bufferView"])
     else:
         data = out.with_suffix(".png").read_bytes()
     return mesh, np.asarray(Image.open(BytesIO(data)), dtype=float)[::-1] / 255

@@ -113,7 +113,7 @@ def sample_image(mesh: MeshFile, kind: str, face: np.ndarray, weights: np.ndarra
         if info is None or not len(mine):
             continue
         texture = source.text["textures"][info["index"]]
-        data = source.view(source.text["images"][texture["source"]]["bufferView"])
+        data = source.read_view(source.text["images"][texture["source"]]["bufferView"])
         pixels = np.asarray(Image.open(BytesIO(data)), dtype=float) / 255
         move = info.get("extensions", {}).get("KHR_texture_transform", {})
         angle, scale = move.get("rotation", 0), np.array(move.get("scale", (1, 1)))

@@ -1,6 +1,13 @@
 """Read and write 3MF, GIFTI, FreeSurfer, VTP and tifxyz files with optional packages."""
 
-from .neuroimaging import FreeSurferFile, GiftiFile, parse_freesurfer, parse_gifti, save_gifti, save_surf
+from .neuroimaging import (
+    FreeSurferFile,
+    GiftiFile,
+    parse_freesurfer,
+    parse_gifti,
+    save_freesurfer,
+    save_gifti,
+)
 from .patches import (
     PATCH_MAGIC,
     Patch,

@@ -17,7 +17,7 @@ import numpy as np
 from ..._types import FloatArray, IntArray
 from ...errors import MeshWarning, format_count, stack_level
 from ...surface import Polygons
-from ..limits import check_expansion, inflate, largest_expansion, parse_size, parse_xml, refuse_entities
+from ..limits import check_expansion, get_max_expanded_bytes, inflate, parse_size, parse_xml, reject_entities
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras, call_reader, import_optional
 from ..references import Folder
@@ -101,15 +101,15 @@ def _check_gifti(path: Path, folder: Folder) -> None:
         The data of an array are in a file outside the folder.
     """
     data = path.read_bytes()
-    limit, size = largest_expansion(len(data)), len(data)
+    limit, size = get_max_expanded_bytes(len(data)), len(data)
     if data.startswith(GZIP_MAGIC):
         data = inflate(data, limit, "its text")
-    refuse_entities(data)
+    reject_entities(data)
     for attributes, texts in _list_gifti_arrays(data):
         encoding = attributes.get("Encoding", "GZ").upper()  # GZipBase64Binary by default, as in nibabel
         if "EXT" in encoding:
             name = attributes.get("ExternalFileName", "")
-            if (file := folder.find(name)) is None:
+            if (file := folder.find_file(name)) is None:
                 raise Damaged(f"the file {name[:80]!r} of an array is missing")
             size += file.stat().st_size
         for text in texts if "GZ" in encoding else ():
@@ -271,7 +271,7 @@ def _read_trailer(data: bytes, size: int) -> bytes:
     return data[_find_counts(data) + 8 + size :]  # 8 bytes: the counts of vertices and faces
 
 
-def save_surf(temporary: str, mesh: MeshFile, path: Path) -> None:
+def save_freesurfer(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write the flat map as a FreeSurfer surface."""
     points, triangles, _ = make_flat_surface(mesh)
     trailer = mesh.extras.source.trailer if isinstance(mesh.extras.source, FreeSurferFile) else b""

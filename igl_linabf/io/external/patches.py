@@ -108,7 +108,7 @@ def parse_patch(path: Path, surface: MeshFile) -> MeshFile:
         return mesh
     place = np.full((n, 2), np.nan)
     place[vertex] = rows["place"][:, :2]
-    return mesh.textured(place)
+    return mesh.with_texture(place)
 
 
 def _read_rows(data: bytes) -> NDArray[Any]:

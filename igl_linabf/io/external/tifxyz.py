@@ -131,7 +131,7 @@ def read_tifxyz(path: str | os.PathLike[str], *, mask: bool = True, allow_outsid
 
 def _get_file(folder: Folder, name: str) -> Path:
     """Return the path of a file of a segment; raise a MeshError if it must not be read."""
-    folder.find(name)  # raises for links to files outside the folder
+    folder.find_file(name)  # raises for links to files outside the folder
     path = folder.path / name
     check_regular_file(path)
     return path

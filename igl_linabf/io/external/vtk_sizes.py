@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 from xml.parsers.expat import ParserCreate
 
-from ..limits import MAX_DIGITS, check_expansion, inflate, parse_size, parse_xml, refuse_entities
+from ..limits import MAX_DIGITS, check_expansion, inflate, parse_size, parse_xml, reject_entities
 from ..parsing import Damaged
 
 VALUE_BYTES = 8  # VTK's largest number type has 8 bytes
@@ -79,7 +79,7 @@ class _Stream:
 
 def check_announced_sizes(data: bytes) -> None:
     """Raise `Damaged` if announced sizes are out of proportion to the file, or XML entities are declared."""
-    refuse_entities(data)
+    reject_entities(data)
     size, elements = len(data), _list_elements(data)
     width = max(parse_size(element.attributes, "NumberOfComponents", 1) for element in elements)
     values = sum(parse_size(element.attributes, count, 0) for element in elements for count in COUNTS)

@@ -14,8 +14,8 @@ from urllib.parse import unquote
 
 from ..parsing import Damaged
 from ..references import Folder
-from .compression import decompress
-from .extensions import refuse_required
+from .compression import decompress_gltf
+from .extensions import reject_required_extensions
 from .scene import Gltf
 from .validation import check_data, check_description
 
@@ -29,7 +29,7 @@ def load_gltf(path: Path, allow_outside: bool = False) -> Gltf:
     if data[:4] == b"glTF":
         data, blob = _split_chunks(data)
     try:
-        text = json.loads(data, parse_constant=_refuse_json_constant)
+        text = json.loads(data, parse_constant=_reject_json_constant)
     except (ValueError, RecursionError) as error:
         raise Damaged(f"its description is not valid JSON ({error})") from None
     asset = text.get("asset") if isinstance(text, dict) else None
@@ -38,7 +38,7 @@ def load_gltf(path: Path, allow_outside: bool = False) -> Gltf:
         named = f"of version {version}" if version else "without a version"
         raise Damaged(f"it is a glTF {named}: write it as glTF 2.0, for example from Blender")
     check_description(text)
-    refuse_required(text)
+    reject_required_extensions(text)
     folder = Folder(path.parent, allow_outside)
     for image in text.get("images", ()):
         find_referenced_file(image.get("uri"), folder)  # raises if the image is outside the folder
@@ -48,12 +48,12 @@ def load_gltf(path: Path, allow_outside: bool = False) -> Gltf:
         _read_buffer(buffer, folder, blob if i == 0 else b"", i, contents)
         for i, buffer in enumerate(text.get("buffers", ()))
     ]
-    gltf = decompress(Gltf(text, buffers, folder, size))
+    gltf = decompress_gltf(Gltf(text, buffers, folder, size))
     check_data(gltf)
     return gltf
 
 
-def _refuse_json_constant(name: str) -> NoReturn:
+def _reject_json_constant(name: str) -> NoReturn:
     raise ValueError(f"{name} is not a JSON number")
 
 
@@ -102,7 +102,7 @@ def find_referenced_file(uri: Any, folder: Folder) -> Path | None:
     MeshError
         The file is outside the folder.
     """
-    return folder.find(unquote(uri)) if is_relative(uri) else None
+    return folder.find_file(unquote(uri)) if is_relative(uri) else None
 
 
 def is_relative(uri: Any) -> bool:

@@ -31,7 +31,7 @@ def is_known_extension(name: str) -> bool:
     return any(fnmatchcase(name, pattern) for pattern in KNOWN_EXTENSIONS)
 
 
-def refuse_required(text: dict[str, Any]) -> None:
+def reject_required_extensions(text: dict[str, Any]) -> None:
     """Raise `Damaged` if the file requires an unknown extension."""
     for name in text.get("extensionsRequired", ()):
         if not is_known_extension(str(name)):

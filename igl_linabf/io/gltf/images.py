@@ -121,7 +121,7 @@ def find_image_maps(gltf: Gltf, material: dict[str, Any], coordinates: int = 0) 
 
 def _make_image_map(gltf: Gltf, use: TextureUse) -> ImageMap:
     info = use.holder[use.key]
-    texture = gltf.entries("textures")[info["index"]]
+    texture = gltf.get_entries("textures")[info["index"]]
     sampler = find_sampler(gltf.text, info) or {}
     wrap = tuple(WRAP_MODES.get(sampler.get(key, 0), "repeat") for key in ("wrapS", "wrapT"))
     transform = info.get("extensions", {}).get(TEXTURE_TRANSFORM, {})
@@ -151,16 +151,16 @@ def _read_image(gltf: Gltf, number: int | None) -> bytes:
     """Return the bytes of the image file of an entry of `images`, given the number of the entry."""
     if number is None:
         raise MeshError("a texture has no image: remove it")
-    image = gltf.entries("images")[number]
+    image = gltf.get_entries("images")[number]
     if "bufferView" in image:
-        return gltf.view(image["bufferView"])
+        return gltf.read_view(image["bufferView"])
     uri = str(image.get("uri", ""))
     if uri.startswith("data:"):
         try:
             return base64.b64decode(uri.partition(",")[2])
         except ValueError:
             raise MeshError(f"the image {number} is not valid base64: embed it again") from None
-    file = gltf.folder.find(unquote(uri))
+    file = gltf.folder.find_file(unquote(uri))
     if file is None:
         raise MeshError(f"the image {uri} is not in {gltf.folder.path}: put it there")
     return file.read_bytes()

@@ -93,7 +93,7 @@ def parse_gltf(path: Path, allow_outside: bool = False) -> MeshFile:
     placement_of_mesh = find_placements(gltf)
     found = [
         (i, j, _read_primitive(gltf, primitive, placement_of_mesh.get(i, IDENTITY_PLACEMENT).matrix))
-        for i, j, primitive in gltf.primitives()
+        for i, j, primitive in gltf.iterate_primitives()
     ]
     contents = [content for _, _, content in found]
     polygons = [content.polygons for content in contents]
@@ -110,7 +110,7 @@ def parse_gltf(path: Path, allow_outside: bool = False) -> MeshFile:
     frames = np.array(
         [
             placement_of_mesh.get(i, IDENTITY_PLACEMENT).matrix[:3, :3]
-            for i in range(len(gltf.entries("meshes")))
+            for i in range(len(gltf.get_entries("meshes")))
         ]
     )
     mirrored = np.linalg.det(frames) < 0
@@ -158,14 +158,14 @@ def select_second_coordinates(mesh: MeshFile, source: GltfFile) -> MeshFile:
     for place in source.primitives:
         attributes = gltf.text["meshes"][place.mesh]["primitives"][place.number]["attributes"]
         if SECOND_TEXTURE in attributes:
-            at_corners[place.corners] = gltf.numbers(attributes[SECOND_TEXTURE], place.vertex)
+            at_corners[place.corners] = gltf.read_numbers(attributes[SECOND_TEXTURE], place.vertex)
             has_any[place.corners] = True
     TC, same = np.unique(at_corners[has_any], axis=0, return_inverse=True)
     texture = np.full(n, -1)
     texture[has_any] = same.ravel()
     looks = tuple(
         replace(look, maps=find_image_maps(gltf, material, 1))
-        for look, material in zip(mesh.extras.looks or (), gltf.entries("materials"), strict=False)
+        for look, material in zip(mesh.extras.looks or (), gltf.get_entries("materials"), strict=False)
     )
     extras = replace(mesh.extras, looks=looks or None)
     return replace(mesh, TC=TC * [1, -1] + [0, 1], texture=texture, extras=extras)
@@ -193,14 +193,14 @@ def _gather_texture(
 def _read_primitive(gltf: Gltf, primitive: dict[str, Any], matrix: FloatArray) -> _PrimitiveContent:
     """Read the contents of a primitive, transformed by a matrix (4, 4)."""
     indices_of_attribute, linear = primitive["attributes"], matrix[:3, :3]
-    polygons = _read_polygons(gltf, primitive, gltf.count(indices_of_attribute["POSITION"]))
+    polygons = _read_polygons(gltf, primitive, gltf.count_rows(indices_of_attribute["POSITION"]))
     rows, corners = np.unique(polygons.corners, return_inverse=True)  # primitives may share accessors
     polygons = Polygons(corners.ravel().astype(np.int64), polygons.sizes)
-    local = gltf.numbers(indices_of_attribute["POSITION"], rows)
+    local = gltf.read_numbers(indices_of_attribute["POSITION"], rows)
     if np.linalg.det(linear) < 0:
         polygons = reverse_polygons(polygons)
     attributes = {
-        name: gltf.numbers(indices_of_attribute[name], rows) if name in indices_of_attribute else None
+        name: gltf.read_numbers(indices_of_attribute[name], rows) if name in indices_of_attribute else None
         for name in (TEXTURE, COLOURS, NORMALS)
     }
     if (normals := attributes[NORMALS]) is not None:
@@ -234,7 +234,7 @@ def _gather_colours_and_normals(
 
 def _read_materials(gltf: Gltf, of_face: IntArray) -> dict[str, Any]:
     """Return the names and the appearance of the materials as fields of `Extras`."""
-    listed = gltf.entries("materials")
+    listed = gltf.get_entries("materials")
     plain = make_gltf_material(Material())  # `save_new_gltf` appends this material for faces without one
     while listed and listed[-1] == plain:
         listed.pop()
@@ -264,7 +264,7 @@ def _name_meshes(gltf: Gltf, placement_of_mesh: dict[int, Placement]) -> tuple[s
     """Return the name of each mesh: the name of its node, or otherwise its own name."""
     return tuple(
         placement_of_mesh.get(i, IDENTITY_PLACEMENT).name or str(mesh.get("name", f"mesh {i}"))
-        for i, mesh in enumerate(gltf.entries("meshes"))
+        for i, mesh in enumerate(gltf.get_entries("meshes"))
     )
 
 
@@ -278,7 +278,7 @@ def _concatenate_if_complete(rows: list[FloatArray | None]) -> FloatArray | None
 
 def _read_polygons(gltf: Gltf, primitive: dict[str, Any], n: int) -> Polygons:
     """Return the faces of a primitive over its own vertices."""
-    index = gltf.array(primitive["indices"]).astype(np.int64) if "indices" in primitive else np.arange(n)
+    index = gltf.read_array(primitive["indices"]).astype(np.int64) if "indices" in primitive else np.arange(n)
     if len(index) and int(index.max()) >= n:
         raise Damaged(f"triangles refer to vertices beyond the {format_count(n, 'vertex')} of their mesh")
     mode = primitive.get("mode", Mode.TRIANGLES)

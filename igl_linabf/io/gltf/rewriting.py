@@ -62,7 +62,7 @@ def save_gltf(temporary: str, mesh: MeshFile, path: Path) -> None:
 
 def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) -> None:
     """Write the file that was read, with a copy of each vertex for each of its texture coordinates."""
-    bare, mesh = mesh.bare, mesh.fill_bare_corners()
+    bare, mesh = mesh.lacks_texture, mesh.fill_missing_texture()
     assert mesh.TC is not None and mesh.texture is not None
     gltf, text, buffer = source.gltf, copy.deepcopy(source.gltf.text), Buffer()
     primitives = [text["meshes"][place.mesh]["primitives"][place.number] for place in source.primitives]
@@ -98,18 +98,18 @@ def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) 
 
         def taken(numbers: dict[str, int], rows: IntArray = rows_used) -> dict[str, int]:
             return {
-                key: buffer.add(gltf.array(number, rows), like=gltf.text["accessors"][number])
+                key: buffer.append_array(gltf.read_array(number, rows), like=gltf.text["accessors"][number])
                 for key, number in numbers.items()
             }
 
         primitive |= {"mode": Mode.TRIANGLES, "attributes": taken(attributes)}
         if not bare[place.faces].all():
-            primitive["attributes"][TEXTURE_ATTRIBUTES[second]] = buffer.add(rounded[texture])
+            primitive["attributes"][TEXTURE_ATTRIBUTES[second]] = buffer.append_array(rounded[texture])
         _store_feature_ids(primitive, rows_used, buffer)
         if targets:
             primitive["targets"] = [taken(target) for target in targets]
         triangles, extensions = order_triangles(mesh, place.faces, vertex, place.mirrored)
-        primitive["indices"] = buffer.add(triangles.ravel(), Target.INDICES)
+        primitive["indices"] = buffer.append_array(triangles.ravel(), Target.INDICES)
         if extensions:
             primitive.setdefault("extensions", {}).update(extensions["extensions"])
             if EXTENSION not in text.setdefault("extensionsUsed", []):
@@ -118,7 +118,7 @@ def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) 
             primitive["material"] = _add_default_material(text)
         pages.assign(primitive, page)
     if mesh.images is not None:
-        add_images(text, buffer.put, mesh.images, pages.pages)
+        add_images(text, buffer.append_bytes, mesh.images, pages.pages)
     write_gltf(temporary, text, buffer)
 
 
@@ -182,7 +182,9 @@ def _store_feature_ids(primitive: dict[str, Any], vertex_index: IntArray, buffer
         feature["attribute"] = next(
             k for k in range(len(attributes) + 1) if FEATURE_ID.format(k) not in attributes
         )
-        attributes[FEATURE_ID.format(feature["attribute"])] = buffer.add(vertex_index.astype(np.float32))
+        attributes[FEATURE_ID.format(feature["attribute"])] = buffer.append_array(
+            vertex_index.astype(np.float32)
+        )
 
 
 def _add_default_material(text: dict[str, Any]) -> int:
@@ -207,7 +209,7 @@ def _copy_buffers(gltf: Gltf, text: dict[str, Any], buffer: Buffer) -> None:
             entry = text["bufferViews"][number]
             kept = ("byteStride", "target", "name", "extras", "extensions")
             properties = {key: entry[key] for key in kept if key in entry}
-            views[number] = buffer.put(gltf.view(number), **properties)
+            views[number] = buffer.append_bytes(gltf.read_view(number), **properties)
         return views[number]
 
     def copy_accessor(number: int) -> int:
@@ -247,8 +249,8 @@ def _embed_images(text: dict[str, Any], old: Folder, new: Path, buffer: Buffer) 
             del image["uri"]
             file = file.resolve()
             if file not in views:
-                views[file] = buffer.put(file.read_bytes())
+                views[file] = buffer.append_bytes(file.read_bytes())
             image |= {"bufferView": views[file], "mimeType": kind}
     for holder, key in iterate_uris(text):
-        if is_relative(holder[key]) and old.has(unquote(holder[key])):
-            holder[key] = quote(old.relocate(unquote(holder[key]), new))
+        if is_relative(holder[key]) and old.contains(unquote(holder[key])):
+            holder[key] = quote(old.relocate_reference(unquote(holder[key]), new))

@@ -103,66 +103,66 @@ class Gltf:
     compression: tuple[str, ...] = ()
     _dense: dict[int, NDArray[Any]] = field(default_factory=dict)
 
-    def entries(self, name: str) -> list[dict[str, Any]]:
+    def get_entries(self, name: str) -> list[dict[str, Any]]:
         """Return all entries of a kind, such as "nodes"; an empty list if there are none."""
         return list(self.text.get(name, ()))
 
     @property
-    def size(self) -> int:
+    def total_bytes(self) -> int:
         """The number of bytes of the file and its buffers; buffers that share a file count once."""
         return self.description_size + sum({id(buffer): len(buffer) for buffer in self.buffers}.values())
 
-    def view(self, number: int) -> bytes:
+    def read_view(self, number: int) -> bytes:
         """Return the bytes of a buffer view."""
-        return bytes(self._span(number))
+        return bytes(self._get_view_memory(number))
 
     def check_view(self, number: int) -> None:
         """Raise `Damaged` if a buffer view ends after its buffer."""
-        self._span(number)
+        self._get_view_memory(number)
 
     def check_rows(self, number: int) -> None:
         """Raise `Damaged` if the buffer view of an accessor is too short for its rows."""
         accessor = self.text["accessors"][number]
         if "bufferView" in accessor:
-            self._stored_rows(accessor, accessor, accessor["count"])
+            self._read_stored_rows(accessor, accessor, accessor["count"])
         if "sparse" in accessor:
-            self._sparse_rows(number)
+            self._read_sparse_rows(number)
 
     def row_bytes(self, number: int) -> int:
         """Return the number of bytes of a row of an accessor."""
-        kind, width = self._row_type(self.text["accessors"][number])
+        kind, width = self._get_row_type(self.text["accessors"][number])
         return kind.itemsize * width
 
-    def array(self, number: int, rows: IntArray | slice = slice(None)) -> NDArray[Any]:
+    def read_array(self, number: int, rows: IntArray | slice = slice(None)) -> NDArray[Any]:
         """Return rows of an accessor, (n,) or (n, width), as stored; by default all rows."""
         accessor = self.text["accessors"][number]
         if "bufferView" in accessor:
-            values = self._stored_rows(accessor, accessor, accessor["count"])
+            values = self._read_stored_rows(accessor, accessor, accessor["count"])
         else:
-            kind, width = self._row_type(accessor)
+            kind, width = self._get_row_type(accessor)
             values = np.broadcast_to(np.zeros(1, kind), (accessor["count"], width))
         if "sparse" in accessor:
             if number not in self._dense:
                 self._dense[number] = values.copy()
-                where, new = self._sparse_rows(number)
+                where, new = self._read_sparse_rows(number)
                 self._dense[number][where] = new
             values = self._dense[number]
         values = values[rows]
         return values[:, 0] if values.shape[1] == 1 else values
 
-    def numbers(self, number: int, rows: IntArray | slice = slice(None)) -> FloatArray:
+    def read_numbers(self, number: int, rows: IntArray | slice = slice(None)) -> FloatArray:
         """Return rows of an accessor as floating-point numbers; normalised integers become fractions."""
-        stored = self.array(number, rows)
+        stored = self.read_array(number, rows)
         values = stored.astype(np.float64)
         if self.text["accessors"][number].get("normalized") and stored.dtype.kind != "f":
             values = np.maximum(values / np.iinfo(stored.dtype).max, -1.0)
         return np.asarray(values)
 
-    def count(self, number: int) -> int:
+    def count_rows(self, number: int) -> int:
         """Return the number of rows of an accessor."""
         return int(self.text["accessors"][number]["count"])
 
-    def _span(self, number: int) -> memoryview:
+    def _get_view_memory(self, number: int) -> memoryview:
         view = self.text["bufferViews"][number]
         start, length = view.get("byteOffset", 0), view["byteLength"]
         buffer = memoryview(self.buffers[view["buffer"]])
@@ -170,14 +170,14 @@ class Gltf:
             raise Damaged(f"its buffer view {number} ends after the {len(buffer)} bytes of its buffer")
         return buffer[start : start + length]
 
-    def _row_type(self, accessor: dict[str, Any]) -> tuple[np.dtype[Any], int]:
+    def _get_row_type(self, accessor: dict[str, Any]) -> tuple[np.dtype[Any], int]:
         return np.dtype(DTYPES[accessor["componentType"]]), WIDTHS[accessor["type"]]
 
-    def _stored_rows(self, entry: dict[str, Any], accessor: dict[str, Any], n: int) -> NDArray[Any]:
+    def _read_stored_rows(self, entry: dict[str, Any], accessor: dict[str, Any], n: int) -> NDArray[Any]:
         """Return `n` rows of the type of `accessor`, from the buffer view and byte offset of `entry`."""
-        kind, width = self._row_type(accessor)
+        kind, width = self._get_row_type(accessor)
         number, start = entry["bufferView"], entry.get("byteOffset", 0)
-        data, size = self._span(number), kind.itemsize * width
+        data, size = self._get_view_memory(number), kind.itemsize * width
         step = self.text["bufferViews"][number].get("byteStride", size) if entry is accessor else size
         if n and (step < size or start + (n - 1) * step + size > len(data)):
             raise Damaged(
@@ -185,19 +185,19 @@ class Gltf:
             )
         return np.ndarray((n, width), kind, data if n else b"", start if n else 0, (step, kind.itemsize))
 
-    def _sparse_rows(self, number: int) -> tuple[IntArray, NDArray[Any]]:
+    def _read_sparse_rows(self, number: int) -> tuple[IntArray, NDArray[Any]]:
         """Return the row numbers that a sparse accessor replaces, and the new values."""
         accessor = self.text["accessors"][number]
         sparse = accessor["sparse"]
         index = {**sparse["indices"], "type": "SCALAR"}
-        where = self._stored_rows(index, index, sparse["count"])[:, 0].astype(np.int64)
+        where = self._read_stored_rows(index, index, sparse["count"])[:, 0].astype(np.int64)
         if len(where) and int(where.max()) >= accessor["count"]:
             raise Damaged(f"its accessor {number} changes rows that it does not have")
-        return where, self._stored_rows(sparse["values"], accessor, sparse["count"])
+        return where, self._read_stored_rows(sparse["values"], accessor, sparse["count"])
 
-    def primitives(self) -> Iterator[tuple[int, int, dict[str, Any]]]:
+    def iterate_primitives(self) -> Iterator[tuple[int, int, dict[str, Any]]]:
         """Yield each primitive of triangles: number of the mesh, number in the mesh, description."""
-        for i, mesh in enumerate(self.entries("meshes")):
+        for i, mesh in enumerate(self.get_entries("meshes")):
             for j, primitive in enumerate(mesh.get("primitives", ())):
                 of_triangles = primitive.get("mode", Mode.TRIANGLES) in list(Mode)
                 if of_triangles and "POSITION" in primitive.get("attributes", {}):
@@ -206,7 +206,7 @@ class Gltf:
 
 def find_placements(gltf: Gltf) -> dict[int, Placement]:
     """Return the placement of each mesh's largest instance; of equal instances, the first one is used."""
-    nodes, scenes = gltf.entries("nodes"), gltf.entries("scenes")
+    nodes, scenes = gltf.get_entries("nodes"), gltf.get_entries("scenes")
     largest, area_of_mesh = dict[int, Placement](), dict[int, float]()
     roots = scenes[gltf.text.get("scene", 0)].get("nodes", ()) if scenes else ()
     children = {child for node in nodes for child in node.get("children", ())}
@@ -262,13 +262,13 @@ def _find_instance_transforms(
     """
     attributes = node.get("extensions", {}).get(INSTANCES, {}).get("attributes", {})
     names = [name for name in INSTANCE_ATTRIBUTES if name in attributes]
-    count = min((gltf.count(attributes[name]) for name in names), default=0)
+    count = min((gltf.count_rows(attributes[name]) for name in names), default=0)
     if not count:
         return np.eye(4)[None]
     key = tuple(attributes.get(name, -1) for name in INSTANCE_ATTRIBUTES)
     if key in known:
         return known[key]
-    rows = {name: gltf.numbers(attributes[name], slice(count)) for name in names}
+    rows = {name: gltf.read_numbers(attributes[name], slice(count)) for name in names}
     matrices = np.tile(np.eye(4), (count, 1, 1))
     if "ROTATION" in rows:
         matrices[:, :3, :3] = np.moveaxis(_compute_rotations(*rows["ROTATION"].T), 2, 0)

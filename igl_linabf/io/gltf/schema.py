@@ -31,7 +31,7 @@ class Integer:
 
     def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
         if type(value) is not int or not self.low <= value <= self.high:
-            _refuse(value, place, f"an integer from {self.low} to {self.high}")
+            _raise_damaged(value, place, f"an integer from {self.low} to {self.high}")
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Number:
         except OverflowError:  # an integer beyond double precision
             is_finite = False
         if not is_finite:
-            _refuse(value, place, "a finite number")
+            _raise_damaged(value, place, "a finite number")
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class OfType:
 
     def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
         if type(value) is not self.kind:
-            _refuse(value, place, {str: "a text", bool: "true or false"}[self.kind])
+            _raise_damaged(value, place, {str: "a text", bool: "true or false"}[self.kind])
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class OneOf:
 
     def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
         if type(value) not in (int, str) or value not in self.values:
-            _refuse(value, place, f"one of {', '.join(str(known) for known in self.values)}")
+            _raise_damaged(value, place, f"one of {', '.join(str(known) for known in self.values)}")
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Index:
     def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
         count = counts.get(self.of, 0)
         if type(value) is not int or not 0 <= value < count:
-            _refuse(value, place, f"the number of one of the {count} {self.of}")
+            _raise_damaged(value, place, f"the number of one of the {count} {self.of}")
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,9 @@ class ListOf:
 
     def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
         if not isinstance(value, list) or self.length not in (None, len(value)):
-            _refuse(value, place, "a list" if self.length is None else f"a list of {self.length} values")
+            _raise_damaged(
+                value, place, "a list" if self.length is None else f"a list of {self.length} values"
+            )
         for i, inner in enumerate(value):
             self.item.check(inner, f"{place}[{i}]", counts)
 
@@ -103,7 +105,7 @@ class ObjectOf:
 
     def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
         if not isinstance(value, dict):
-            _refuse(value, place, "an object")
+            _raise_damaged(value, place, "an object")
         for key, inner in value.items():
             self.item.check(inner, f"{place}.{key}", counts)
 
@@ -117,7 +119,7 @@ class Record:
 
     def check(self, value: Any, place: str, counts: Mapping[str, int]) -> None:
         if not isinstance(value, dict):
-            _refuse(value, place, "an object")
+            _raise_damaged(value, place, "an object")
         for key in self.required:
             if key not in value:
                 raise Damaged(f"its {place} lacks {key}, which glTF 2.0 requires")
@@ -126,7 +128,7 @@ class Record:
                 schema[key].check(value[key], f"{place}.{key}" if place else key, counts)
 
 
-def _refuse(value: Any, place: str, expected: str) -> NoReturn:
+def _raise_damaged(value: Any, place: str, expected: str) -> NoReturn:
     text = json.dumps(value)
     shown = text if len(text) <= MAX_QUOTED else f"{text[:MAX_QUOTED]}..."
     raise Damaged(f"its {place or 'description'} is {shown}, but glTF 2.0 requires {expected}")

@@ -136,7 +136,9 @@ def _strip_placement(info: dict[str, Any]) -> dict[str, Any]:
 def _add_image(text: dict[str, Any], put: Put, file: bytes, image_of_file: dict[bytes, int]) -> int:
     """Add a PNG file as an image unless it has been added, and return the number of the image."""
     if file not in image_of_file:
-        image_of_file[file] = _append(text, "images", {"bufferView": put(file), "mimeType": "image/png"})
+        image_of_file[file] = _append_entry(
+            text, "images", {"bufferView": put(file), "mimeType": "image/png"}
+        )
     return image_of_file[file]
 
 
@@ -145,13 +147,13 @@ def _add_texture(text: dict[str, Any], image: int, sampler: Sampler) -> int:
     texture = {"source": image}
     if sampler is not None:
         samplers = text.setdefault("samplers", [])
-        known = samplers.index(sampler) if sampler in samplers else _append(text, "samplers", sampler)
+        known = samplers.index(sampler) if sampler in samplers else _append_entry(text, "samplers", sampler)
         texture["sampler"] = known
     textures = text.setdefault("textures", [])
-    return textures.index(texture) if texture in textures else _append(text, "textures", texture)
+    return textures.index(texture) if texture in textures else _append_entry(text, "textures", texture)
 
 
-def _append(text: dict[str, Any], name: str, entry: dict[str, Any]) -> int:
+def _append_entry(text: dict[str, Any], name: str, entry: dict[str, Any]) -> int:
     """Append an entry to a list, and return its number."""
     listed = text.setdefault(name, [])
     listed.append(entry)

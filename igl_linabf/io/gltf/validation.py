@@ -189,10 +189,10 @@ def check_description(text: dict[str, Any]) -> None:
         return number
 
     renumber_accessors(text, check_accessor)
-    _refuse_cycles(text.get("nodes", []))
+    _reject_cycles(text.get("nodes", []))
 
 
-def _refuse_cycles(nodes: list[dict[str, Any]]) -> None:
+def _reject_cycles(nodes: list[dict[str, Any]]) -> None:
     """Raise `Damaged` if a node is its own ancestor."""
     parents = np.zeros(len(nodes), dtype=np.int64)
     for node in nodes:
@@ -211,22 +211,22 @@ def _refuse_cycles(nodes: list[dict[str, Any]]) -> None:
 
 def check_data(gltf: Gltf) -> None:
     """Raise `Damaged` if data of accessors are missing, or need memory out of proportion to the file."""
-    accessors = gltf.entries("accessors")
-    views = gltf.entries("bufferViews")
+    accessors = gltf.get_entries("accessors")
+    views = gltf.get_entries("bufferViews")
     for number in range(len(views)):
         gltf.check_view(number)
     viewed = sum(view["byteLength"] for view in views)
-    check_expansion(viewed, gltf.size, "its buffer views, which share data,")
+    check_expansion(viewed, gltf.total_bytes, "its buffer views, which share data,")
     unstored = 0
     for number, accessor in enumerate(accessors):
         gltf.check_rows(number)
         if "bufferView" not in accessor or "sparse" in accessor:
             unstored += accessor["count"] * gltf.row_bytes(number)
-    check_expansion(unstored, gltf.size, "its accessors without data")
+    check_expansion(unstored, gltf.total_bytes, "its accessors without data")
     used = 0
-    for i, j, primitive in gltf.primitives():
+    for i, j, primitive in gltf.iterate_primitives():
         used += _check_primitive(gltf, primitive, f"meshes[{i}].primitives[{j}]")
-    check_expansion(used, gltf.size, "its primitives, which share data,")
+    check_expansion(used, gltf.total_bytes, "its primitives, which share data,")
     instanced = list(iterate_instance_attributes(gltf.text))
     for attributes in instanced:
         for name, kind in INSTANCE_ATTRIBUTES.items():
@@ -236,12 +236,12 @@ def check_data(gltf: Gltf) -> None:
         max((accessors[number]["count"] for number in attributes.values()), default=0)
         for attributes in instanced
     )
-    check_expansion(INSTANCE_BYTES * instances, gltf.size, "its instances")
+    check_expansion(INSTANCE_BYTES * instances, gltf.total_bytes, "its instances")
 
 
 def _check_primitive(gltf: Gltf, primitive: dict[str, Any], place: str) -> int:
     """Check the accessors of a primitive, and return the number of bytes of memory that it needs."""
-    accessors, attributes = gltf.entries("accessors"), primitive["attributes"]
+    accessors, attributes = gltf.get_entries("accessors"), primitive["attributes"]
     for name, types in ATTRIBUTE_TYPES.items():
         if name in attributes and accessors[attributes[name]]["type"] not in types:
             raise Damaged(f"its {place}.attributes.{name} is not {' or '.join(types)}")

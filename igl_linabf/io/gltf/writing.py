@@ -44,14 +44,14 @@ class Buffer:
         self.views: list[dict[str, Any]] = []
         self.accessors: list[dict[str, Any]] = []
 
-    def put(self, data: bytes, **properties: Any) -> int:
+    def append_bytes(self, data: bytes, **properties: Any) -> int:
         """Append bytes, and return the number of their buffer view."""
         self.views.append({"buffer": 0, "byteOffset": self.size, "byteLength": len(data), **properties})
         self.parts.append(data + b"\0" * (-len(data) % 4))
         self.size += len(self.parts[-1])
         return len(self.views) - 1
 
-    def add(
+    def append_array(
         self,
         rows: NDArray[Any],
         use: Target = Target.VERTEX_ATTRIBUTES,
@@ -72,7 +72,7 @@ class Buffer:
         if use == Target.VERTEX_ATTRIBUTES and width % 4:  # glTF aligns rows to four bytes
             data = np.pad(data.view(np.uint8).reshape(len(data), -1), ((0, 0), (0, -width % 4)))
             view_properties["byteStride"] = data.shape[1]
-        accessor["bufferView"] = self.put(data.tobytes(), **view_properties)
+        accessor["bufferView"] = self.append_bytes(data.tobytes(), **view_properties)
         if accessor["type"] == ACCESSOR_TYPES[3] and np.isfinite(rows).all():  # required for positions
             accessor |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
         self.accessors.append(accessor)
@@ -85,7 +85,7 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     Faces without texture coordinates have primitives of their own.
     """
     extras, buffer = mesh.extras, Buffer()
-    bare, mesh = mesh.bare, mesh.fill_bare_corners()
+    bare, mesh = mesh.lacks_texture, mesh.fill_missing_texture()
     names, part = extras.parts or ((), np.full(len(mesh.polygons), -1))
     material_names, material, looks = _share_materials(mesh, part)
     meshes: list[dict[str, Any]] = []
@@ -126,7 +126,7 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     }
     if mesh.images is not None:
         pages = {i: look.page for i, look in enumerate(looks)}
-        add_images(description, buffer.put, mesh.images, pages, looks)
+        add_images(description, buffer.append_bytes, mesh.images, pages, looks)
     write_gltf(temporary, description, buffer)
 
 
@@ -198,19 +198,21 @@ def _write_primitive(
     positions = round_to_single(V, "V")
     maps = [TC for TC in (split.first, None if is_bare else split.TC) if TC is not None]
     attributes = {
-        "POSITION": buffer.add(positions),
+        "POSITION": buffer.append_array(positions),
         **{
-            f"TEXCOORD_{i}": buffer.add(round_to_single(TC * [1, -1] + [0, 1], "TC"))
+            f"TEXCOORD_{i}": buffer.append_array(round_to_single(TC * [1, -1] + [0, 1], "TC"))
             for i, TC in enumerate(maps)
         },
     }
     if split.normals is not None:
-        attributes["NORMAL"] = buffer.add(round_to_single(_normalise(split.normals), "normals"))
+        attributes["NORMAL"] = buffer.append_array(
+            round_to_single(_normalise_vectors(split.normals), "normals")
+        )
     if split.colours is not None:
         light = np.column_stack((decode_srgb(split.colours[:, :3]), split.colours[:, 3:]))
-        attributes["COLOR_0"] = buffer.add(round_to_single(light, "colours"))
+        attributes["COLOR_0"] = buffer.append_array(round_to_single(light, "colours"))
     triangles, extensions = order_triangles(mesh, faces, split.corners)
-    indices = buffer.add(triangles.ravel(), Target.INDICES)
+    indices = buffer.append_array(triangles.ravel(), Target.INDICES)
     return {"attributes": attributes, "indices": indices, **extensions}, float(np.abs(V - positions).max())
 
 
@@ -224,14 +226,14 @@ def order_triangles(
     """
     if (mesh.polygons.sizes[faces] == 3).all():
         return vertex.reshape(-1, 3)[:, [0, 2, 1] if mirrored else slice(None)], {}
-    triangles = mesh.split.select_polygons(faces)
+    triangles = mesh.triangulation.select_polygons(faces)
     ordered = order_as_fans(triangles, vertex)
     if mirrored:  # a mirrored fan also has its triangles in reverse order
         ordered = ordered[np.lexsort((-np.arange(len(ordered)), triangles.face))][:, [0, 2, 1]]
     return ordered, {"extensions": {EXTENSION: {}}}
 
 
-def _normalise(normals: np.ndarray) -> np.ndarray:
+def _normalise_vectors(normals: np.ndarray) -> np.ndarray:
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.asarray(np.where(length > 0, normals / np.where(length > 0, length, 1), [0, 0, 1]))
 

@@ -1,6 +1,6 @@
 """Read and write OBJ files with their groups, and MTL files with their images."""
 
-from .reading import ObjText, load_looks, parse_obj
+from .reading import ObjText, load_materials, parse_obj
 from .writing import (
     encode_material_files,
     get_image_paths,

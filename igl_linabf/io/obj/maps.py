@@ -74,7 +74,7 @@ def _parse_pair(words: list[str], default: float) -> tuple[float, float]:
 
 
 def _read_image(name: str, folder: Folder) -> bytes:
-    file = folder.find(name)
+    file = folder.find_file(name)
     if file is None:
         raise MeshError(f"a material refers to the image {name}, which is not in {folder.path}: put it there")
     return file.read_bytes()

@@ -168,12 +168,12 @@ def _decode_polypaint(painted: list[bytes], n: int) -> FloatArray | None:
 def parse_library_names(line: bytes, folder: Folder) -> list[str]:
     """Return the files that a `mtllib` or `maplib` line names: one name with spaces, or several names."""
     whole = os.fsdecode(parse_name(line))
-    if folder.has(whole):
+    if folder.contains(whole):
         return [whole]
     return [next(filter(None, match.groups()), "") for match in LIBRARY_NAME_PATTERN.finditer(whole)]
 
 
-def load_looks(extras: Extras, folder: Folder) -> Extras:
+def load_materials(extras: Extras, folder: Folder) -> Extras:
     """Return the extras with the appearance of the materials from the MTL files of an OBJ file.
 
     Missing MTL files are ignored, and MTL files outside the folder are skipped with a warning.
@@ -193,11 +193,11 @@ def load_looks(extras: Extras, folder: Folder) -> Extras:
             stacklevel=stack_level(),
         )
     for library in dict.fromkeys(libraries):
-        library_path = None if library in outside else folder.find(library)
+        library_path = None if library in outside else folder.find_file(library)
         if library_path is not None:
             with contextlib.suppress(OSError, Damaged):
                 materials = {
-                    name: attach_maps(look, folder.enter(library_path.parent))
+                    name: attach_maps(look, folder.with_path(library_path.parent))
                     for name, look in read_library(library_path).items()
                 }
                 found = materials | found  # the first definition of a material takes precedence

@@ -113,7 +113,7 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
         {k: f"f{f' {form}' * k}\n" for k in np.unique(mesh.polygons.sizes).tolist()}
         for form in ("/".join(["{}"] * width), "//".join(["{}"] * (width - 1)))
     )
-    bare = set(np.flatnonzero(mesh.bare).tolist())
+    bare = set(np.flatnonzero(mesh.lacks_texture).tolist())
     materials = (words, np.where(material < 0, len(names), material)) if words else None
     headings = _make_headings(len(mesh.polygons), (("o", extras.parts), ("usemtl", materials)))
     with open(temporary, "w", encoding="utf-8", errors="surrogateescape", newline="\n") as file:
@@ -243,7 +243,7 @@ def _relocate_file_names(line: bytes, word: bytes, old: Folder, new: Path) -> by
     else:
         name, blank, arguments = os.fsdecode(parse_name(line)).partition(" ")
         names, arguments = [name], blank + arguments
-    relocated = [old.relocate(name, new) for name in names]
+    relocated = [old.relocate_reference(name, new) for name in names]
     if relocated == names:
         return line
     return b"\n".join(word + b" " + os.fsencode(name + arguments) for name in relocated)

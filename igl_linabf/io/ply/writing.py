@@ -112,7 +112,9 @@ def _keep_elements(source: PlyTables, split: SplitVertices, has_second: bool) ->
         name: [(prop, source.tables[name][prop.name]) for prop in props] for name, _, props in source.elements
     }
     vertex = [
-        (prop, column.take(split.vertex)) for prop, column in kept.pop("vertex") if prop.name not in replaced
+        (prop, column.select_rows(split.vertex))
+        for prop, column in kept.pop("vertex")
+        if prop.name not in replaced
     ]
     face = [(prop, column) for prop, column in kept.pop("face") if prop.name not in {*replaced, *INDEX_NAMES}]
     return {"vertex": vertex, "face": face, **kept}
@@ -131,7 +133,9 @@ def _keep_comments(mesh: MeshFile, source: PlyTables, path: Path) -> list[str]:
         head, name, rest = line.partition(f"comment {IMAGE_COMMENT} ")
         if name and not head and mesh.folder is not None:
             image_name = os.fsdecode(rest.encode("latin-1"))
-            rest = os.fsencode(mesh.folder.relocate(image_name.strip(), path.parent)).decode("latin-1")
+            rest = os.fsencode(mesh.folder.relocate_reference(image_name.strip(), path.parent)).decode(
+                "latin-1"
+            )
         comments.append(head + name + rest)
     if mesh.first is None:
         warn_of_stale_images(sum(line.startswith(f"comment {IMAGE_COMMENT} ") for line in comments))

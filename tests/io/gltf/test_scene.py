@@ -103,15 +103,15 @@ def test_a_gltf_scene_survives_a_round_trip(tmp_path: Path) -> None:
     assert new.text["materials"][:2] == old.text["materials"]
     assert new.text["meshes"][0]["weights"] == [0.5]
     sampler = new.text["animations"][0]["samplers"][0]
-    assert (new.array(sampler["output"]) == np.arange(9).reshape(3, 3)).all()
+    assert (new.read_array(sampler["output"]) == np.arange(9).reshape(3, 3)).all()
     for j in range(2):
         was, now = (of.text["meshes"][0]["primitives"][j] for of in (old, new))
-        index = new.array(now["indices"]), old.array(was["indices"])
+        index = new.read_array(now["indices"]), old.read_array(was["indices"])
         for name in ("POSITION", "NORMAL", "COLOR_0"):
-            rows = new.array(now["attributes"][name]), old.array(was["attributes"][name])
+            rows = new.read_array(now["attributes"][name]), old.read_array(was["attributes"][name])
             assert rows[0].dtype == rows[1].dtype
             assert (rows[0][index[0]] == rows[1][index[1]]).all()
-        rows = new.array(now["targets"][0]["POSITION"]), old.array(was["targets"][0]["POSITION"])
+        rows = new.read_array(now["targets"][0]["POSITION"]), old.read_array(was["targets"][0]["POSITION"])
         assert (rows[0][index[0]] == rows[1][index[1]]).all()
     assert len(new.text["accessors"]) == len({json.dumps(a) for a in new.text["accessors"]})
 

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 from zipfile import ZipFile
 
-from ...limits import CHUNK, check_expansion, refuse_entities
+from ...limits import CHUNK, check_expansion, reject_entities
 
 NAMESPACE_PATTERN = re.compile(rb"""xmlns:([\w.-]+)\s*=\s*["']([^"']*)""")
 # Prefixes of the 3MF Consortium's namespaces, which lib3mf reads.
@@ -26,7 +26,7 @@ def check_package(path: str) -> None:
             with package.open(entry) as file:
                 head = file.read(CHUNK)
                 if entry.filename.lower().endswith(XML_SUFFIXES):
-                    refuse_entities(head)
+                    reject_entities(head)
                 chunk = head
                 while chunk:  # count the bytes, because the sizes in the ZIP directory may be wrong
                     taken += len(chunk)

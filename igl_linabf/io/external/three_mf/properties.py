@@ -42,18 +42,18 @@ class Properties:
         self.covered = False  # whether any triangle has a colour that replaces its material
         rows = 0
         for group in _iterate_resources(model.GetColorGroups()):
-            ids = self._add(group, "colour", rows)
+            ids = self._add_group(group, "colour", rows)
             shades = [group.GetColor(i) for i in ids]
             colours.append(
                 np.array([(colour.Red, colour.Green, colour.Blue, colour.Alpha) for colour in shades]) / 255
             )
             rows += len(ids)
         for group in _iterate_resources(model.GetBaseMaterialGroups()):
-            ids = self._add(group, "material", len(self.materials))
+            ids = self._add_group(group, "material", len(self.materials))
             self.materials += [(group.GetName(i), _make_material(group.GetDisplayColor(i))) for i in ids]
         rows = 0
         for group in _iterate_resources(model.GetTexture2DGroups()):
-            ids = self._add(group, "texture", rows)
+            ids = self._add_group(group, "texture", rows)
             pairs = [group.GetTex2Coord(i) for i in ids]
             TC.append(np.array([(pair.U, pair.V) for pair in pairs]).reshape(-1, 2))
             rows += len(ids)
@@ -67,7 +67,7 @@ class Properties:
             self.groups[group.GetResourceID()] = PropertyGroup("several", np.array(ids), several, layers)
         self.colours, self.TC = np.concatenate(colours), np.concatenate(TC)
 
-    def _add(self, group: Any, kind: str, start: int) -> list[int]:
+    def _add_group(self, group: Any, kind: str, start: int) -> list[int]:
         ids = sorted(group.GetAllPropertyIDs())
         numbers = np.array(ids, dtype=np.int64)
         self.groups[group.GetResourceID()] = PropertyGroup(kind, numbers, start + np.arange(len(ids)))
@@ -83,10 +83,12 @@ class Properties:
         }
         for resource in np.unique(corner_properties["resource"]).tolist():
             triangles = np.flatnonzero(corner_properties["resource"] == resource)
-            self._look_up(tables, resource, triangles, corner_properties["index"][triangles].astype(np.int64))
+            self._fill_corner_rows(
+                tables, resource, triangles, corner_properties["index"][triangles].astype(np.int64)
+            )
         return tables
 
-    def _look_up(
+    def _fill_corner_rows(
         self, tables: dict[str, IntArray], resource: int, triangles: IntArray, index: IntArray
     ) -> None:
         group = self.groups.get(resource)
@@ -98,7 +100,9 @@ class Properties:
             tables[group.kind][triangles] = np.where(is_found, group.rows[place], -1)
             return
         for layer, inner in enumerate(group.layers):
-            self._look_up(tables, inner, triangles, np.where(is_found, group.rows[place][..., layer], 0))
+            self._fill_corner_rows(
+                tables, inner, triangles, np.where(is_found, group.rows[place][..., layer], 0)
+            )
         covered = triangles[
             (tables["colour"][triangles] >= 0).all(axis=1) & (tables["material"][triangles] >= 0).any(axis=1)
         ]

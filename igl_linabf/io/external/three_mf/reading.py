@@ -95,10 +95,10 @@ def _parse_model(model: Any, size: int) -> MeshFile:
     rows: dict[str, list[NDArray[np.int64]]] = {"colour": [], "material": [], "texture": []}
     placed = list(_iterate_placed_meshes(model, size))
     for mesh, matrix, name, _ in placed:
-        positions = read_records(mesh.GetVertices(), "<f4", 3).astype(np.float64)
+        positions = records_to_array(mesh.GetVertices(), "<f4", 3).astype(np.float64)
         spacing = np.abs(positions).max(initial=0) * np.finfo(np.float32).eps / 2
         warn_about_rounding(positions, (positions + spacing).astype(np.float32), "V as read by lib3mf")
-        F.append(read_records(mesh.GetTriangleIndices(), "<u4", 3).astype(np.int64) + points)
+        F.append(records_to_array(mesh.GetTriangleIndices(), "<u4", 3).astype(np.int64) + points)
         V.append(positions @ matrix[:3] + matrix[3])
         for kind, index in properties.find_corner_rows(mesh).items():
             rows[kind].append(index)
@@ -213,6 +213,6 @@ def _to_matrix(transform: Any) -> FloatArray:
     return np.array([list(row) for row in transform.Fields], dtype=np.float64)
 
 
-def read_records(records: list[Any], kind: str, width: int) -> NDArray[Any]:
+def records_to_array(records: list[Any], kind: str, width: int) -> NDArray[Any]:
     """Return a list of lib3mf records of equal size as rows of an array."""
     return np.frombuffer(b"".join(map(bytes, records)), dtype=kind).reshape(-1, width)

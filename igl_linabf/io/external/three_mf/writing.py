@@ -43,7 +43,7 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
         for entry in source.metadata:
             model.GetMetaDataGroup().AddMetaData(*entry)
     group = _add_texture_group(lib3mf, model, mesh)
-    part, corners = part[mesh.split.face], mesh.texture[mesh.split.place]
+    part, corners = part[mesh.triangulation.face], mesh.texture[mesh.triangulation.place]
     kept, error = _find_valid_triangles(mesh), 0.0
     for i in np.unique(part[kept]).tolist():
         in_part = (part == i) & kept
@@ -57,15 +57,15 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
         points = round_to_single(shifted, "V")
         error = max(error, find_rounding_error(shifted, points))
         mesh_object.SetGeometry(
-            _make_records(lib3mf.Position, points),
-            _make_records(lib3mf.Triangle, F.reshape(-1, 3).astype("<u4")),
+            _array_to_records(lib3mf.Position, points),
+            _array_to_records(lib3mf.Triangle, F.reshape(-1, 3).astype("<u4")),
         )
         table = np.zeros(int(in_part.sum()), dtype=PROPERTY_DTYPE)
         table["resource"], table["index"] = (
             group.GetResourceID(),
             corners[in_part] + 1,
         )  # property numbers count from 1
-        mesh_object.SetAllTriangleProperties(_make_records(lib3mf.TriangleProperties, table))
+        mesh_object.SetAllTriangleProperties(_array_to_records(lib3mf.TriangleProperties, table))
         mesh_object.SetObjectLevelProperty(group.GetResourceID(), int(corners[in_part][0, 0]) + 1)
         transform = wrapper.GetIdentityTransform()
         for k in range(3):
@@ -97,7 +97,7 @@ def _find_valid_triangles(mesh: MeshFile) -> BoolArray:
     """Return a mask of the triangles that 3MF can store; warn of faces with degenerate triangles."""
     F = mesh.triangles
     kept = has_distinct_corners(F)
-    left_out = np.unique(mesh.split.face[~kept])
+    left_out = np.unique(mesh.triangulation.face[~kept])
     if len(left_out) == len(mesh.polygons):
         raise MeshError(
             "no face has three distinct vertices, which 3MF requires: write OBJ, or remove the faces"
@@ -123,6 +123,6 @@ def _add_texture_group(lib3mf: Any, model: Any, mesh: MeshFile) -> Any:
     return group
 
 
-def _make_records(kind: Any, rows: NDArray[Any]) -> Any:
+def _array_to_records(kind: Any, rows: NDArray[Any]) -> Any:
     """Convert the rows of an array to lib3mf records of type `kind`."""
     return (kind * len(rows)).from_buffer_copy(np.ascontiguousarray(rows).tobytes())

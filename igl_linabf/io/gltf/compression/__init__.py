@@ -1,3 +1,3 @@
 """Decompress glTF files that are compressed by Draco or meshopt."""
 
-from .buffers import decompress
+from .buffers import decompress_gltf

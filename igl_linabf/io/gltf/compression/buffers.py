@@ -19,7 +19,7 @@ INDEX_SIZES = (2, 4)  # bytes of an index that meshopt encodes
 FILTER_STRIDES = {"OCTAHEDRAL": (4, 8), "QUATERNION": (8,), "COLOR": (4, 8)}
 
 
-def decompress(gltf: Gltf) -> Gltf:
+def decompress_gltf(gltf: Gltf) -> Gltf:
     """Return a file without compression; its description is changed in place.
 
     Raises
@@ -30,17 +30,17 @@ def decompress(gltf: Gltf) -> Gltf:
         The package that decodes the data is missing.
     """
     decoder = _Decoder(gltf)
-    for number, view in enumerate(gltf.entries("bufferViews")):
+    for number, view in enumerate(gltf.get_entries("bufferViews")):
         for name in MESHOPT:
             if name in view.get("extensions", {}):
                 decoder.decode_view(number, view, name)
-    gltf = decoder.finish()
+    gltf = decoder.make_decompressed_file()
     decoder = _Decoder(gltf)
-    for i, mesh in enumerate(gltf.entries("meshes")):
+    for i, mesh in enumerate(gltf.get_entries("meshes")):
         for j, primitive in enumerate(mesh["primitives"]):
             if DRACO in primitive.get("extensions", {}):
                 decoder.decode_primitive(primitive, f"meshes[{i}].primitives[{j}]")
-    return decoder.finish()
+    return decoder.make_decompressed_file()
 
 
 class _Decoder:
@@ -48,7 +48,7 @@ class _Decoder:
 
     def __init__(self, gltf: Gltf) -> None:
         self.gltf = gltf
-        self.given = gltf.size
+        self.given = gltf.total_bytes
         self.buffer = len(gltf.buffers)
         self.parts: list[bytes] = []
         self.size = 0
@@ -57,7 +57,7 @@ class _Decoder:
         self.decoded = set[int]()  # accessors with decoded data
         self.meshes = dict[int, DracoMesh]()  # decoded data by buffer view
 
-    def finish(self) -> Gltf:
+    def make_decompressed_file(self) -> Gltf:
         """Return the file with the decoded data as a new buffer, and without its compression extensions."""
         text = self.gltf.text
         if not self.names:
@@ -88,7 +88,7 @@ class _Decoder:
         count, stride, mode = mark["count"], mark["byteStride"], mark["mode"]
         filter_ = mark.get("filter", "NONE")
         _check_layout(place, count, stride, mode, filter_)
-        self._reserve(count * stride, place)
+        self._check_decoded_size(count * stride, place)
         decode = import_optional("meshopt").decode_gltf_buffer
         rows = call_reader(
             lambda data: decode(data, count, stride, mode, None if filter_ == "NONE" else filter_),
@@ -97,7 +97,7 @@ class _Decoder:
         data = np.ascontiguousarray(rows).tobytes()
         if len(data) != count * stride or len(data) != view["byteLength"]:
             raise Damaged(f"its {place} has {len(data)} bytes, not {view['byteLength']}")
-        view |= self._put(data)
+        view |= self._append_view(data)
         self.names.add(name)
 
     def decode_primitive(self, primitive: dict[str, Any], place: str) -> None:
@@ -120,25 +120,29 @@ class _Decoder:
             if unique_id not in mesh.attributes:
                 raise Damaged(f"its {place}.attributes.{name} is missing in its data compressed by Draco")
             rows = mesh.attributes[unique_id]
-            primitive["attributes"][name] = self._fill(primitive["attributes"][name], rows, f"{place}.{name}")
+            primitive["attributes"][name] = self._store_rows(
+                primitive["attributes"][name], rows, f"{place}.{name}"
+            )
         accessor = text["accessors"][primitive["indices"]]
         accessor["componentType"] = int(Component.UNSIGNED_INT)
-        primitive["indices"] = self._fill(primitive["indices"], mesh.F.reshape(-1, 1), f"{place}.indices")
+        primitive["indices"] = self._store_rows(
+            primitive["indices"], mesh.F.reshape(-1, 1), f"{place}.indices"
+        )
         primitive["mode"] = int(Mode.TRIANGLES)
 
     def _decode_draco(self, number: int, n_attributes: int, place: str) -> DracoMesh:
-        data = self.gltf.view(number)
+        data = self.gltf.read_view(number)
         vertices, triangles = read_counts(data)
         row = n_attributes * WIDTHS["VEC4"] * INDEX_BYTES  # upper bound on the bytes per vertex
-        self._reserve(3 * INDEX_BYTES * triangles + row * vertices, place)
+        self._check_decoded_size(3 * INDEX_BYTES * triangles + row * vertices, place)
         return decode_draco(data)
 
-    def _reserve(self, size: int, place: str) -> None:
+    def _check_decoded_size(self, size: int, place: str) -> None:
         """Raise `Damaged` if decoded data are out of proportion to the file."""
         self.wanted += size
         check_expansion(self.wanted, self.given, f"its compressed data, up to {place},")
 
-    def _fill(self, number: int, rows: NDArray[Any], place: str) -> int:
+    def _store_rows(self, number: int, rows: NDArray[Any], place: str) -> int:
         """Store rows as the data of an accessor, and return its number; a shared accessor is copied."""
         accessors = self.gltf.text["accessors"]
         accessor, rows = accessors[number], rows.reshape(len(rows), -1)
@@ -153,10 +157,10 @@ class _Decoder:
             accessor.pop(key, None)
         views = self.gltf.text.setdefault("bufferViews", [])
         accessor |= {"bufferView": len(views), "count": len(rows)}
-        views.append(self._put(stored.tobytes()))
+        views.append(self._append_view(stored.tobytes()))
         return number
 
-    def _put(self, data: bytes) -> dict[str, Any]:
+    def _append_view(self, data: bytes) -> dict[str, Any]:
         """Append data, and return the buffer view that contains them."""
         place = {"buffer": self.buffer, "byteOffset": self.size, "byteLength": len(data)}
         self.parts.append(data + b"\0" * (-len(data) % 4))
