@@ -18,7 +18,7 @@ import numpy as np
 
 from igl_linabf import Packing, unwrap
 from igl_linabf.charts import texture_seams
-from igl_linabf.surface import face_components
+from igl_linabf.surface import label_face_components
 
 RESOLUTION, PADDING = 1024, 2
 
@@ -162,7 +162,7 @@ def peers() -> dict[str, Maker]:
 
 def make_charts(FTC: np.ndarray) -> np.ndarray:
     """Return the index of the chart of each face."""
-    return np.unique(face_components(FTC, int(FTC.max()) + 1), return_inverse=True)[1]
+    return np.unique(label_face_components(FTC, int(FTC.max()) + 1), return_inverse=True)[1]
 
 
 def unmirror(atlas: TexelAtlas) -> tuple[np.ndarray, int, np.ndarray]:

@@ -12,7 +12,7 @@ from typing import NoReturn
 WORDS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 
 
-def _stop(number: int, _: object) -> NoReturn:
+def _exit_after_signal(number: int, _: object) -> NoReturn:
     try:
         _ignore_signals()
         undo_all = getattr(sys.modules.get("igl_linabf._runtime.cleanup"), "undo_all", None)
@@ -27,7 +27,7 @@ def main() -> int:
     """Run `igl-linabf` and return its exit code, which is 130 after Ctrl-C and 143 after SIGTERM."""
     for number in WORDS:
         if signal.getsignal(number) != signal.SIG_IGN:  # shells ignore SIGINT for background jobs
-            signal.signal(number, _stop)
+            signal.signal(number, _exit_after_signal)
     from . import cli
 
     code = cli.main(on_commit=_ignore_signals)

@@ -154,12 +154,12 @@ def replacing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
     path = Path(path)
     temporary, old = (path.with_name(f"{TEMPORARY}{secrets.token_hex(8)}") for _ in range(2))
 
-    def undo() -> None:
+    def restore_folder() -> None:
         shutil.rmtree(temporary, ignore_errors=True)
         if old.exists() and not path.exists():
             os.replace(old, path)
 
-    with undo_at_interrupt(undo):
+    with undo_at_interrupt(restore_folder):
         try:
             temporary.mkdir()
             yield temporary
@@ -167,6 +167,6 @@ def replacing_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
                 os.replace(path, old)
             os.replace(temporary, path)
         except BaseException:
-            undo()
+            restore_folder()
             raise
     shutil.rmtree(old, ignore_errors=True)

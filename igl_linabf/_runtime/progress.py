@@ -165,13 +165,13 @@ def count_steps(stage: str, total: int, progress: Progress) -> Iterator[Callable
     done = 0
     if progress is not None or not has_terminal():
 
-        def count() -> None:
+        def count_one() -> None:
             nonlocal done
             done += 1
             if progress:
                 progress(stage, done / total)
 
-        yield count
+        yield count_one
         return
 
     from rich import progress as rich

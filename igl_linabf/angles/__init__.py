@@ -5,8 +5,8 @@ follows Zayer, Levy, Seidel 2007. Converged ABF solves the problem of Sheffer an
 the same kind.
 """
 
-from .estimate import CAP_ANGLE, corner_angles, initial_estimate, limit_obtuse_angles, rescale_triangles
-from .full_system import Corner, fan_rows, least_norm, triangle_rows, vertex_rows
+from .estimate import CAP_ANGLE, compute_rescaled_angles, corner_angles, initial_estimate, limit_obtuse_angles
+from .full_system import Corner, build_fan_rows, least_norm, triangle_rows, vertex_rows
 from .steps import (
     ANGLE_BOUND,
     ROUGH_RTOL,

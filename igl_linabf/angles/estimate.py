@@ -69,7 +69,7 @@ def initial_estimate(
     return estimate
 
 
-def rescale_triangles(
+def compute_rescaled_angles(
     topology: Topology, length: FloatArray, log_scale: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
     """Return the angles, (3, #F), of the triangles after side ij is scaled by exp((u_i + u_j) / 2).

@@ -33,7 +33,7 @@ class Corner(IntEnum):
     RIGHT = 2  # the right angle gamma
 
 
-def fan_rows(
+def build_fan_rows(
     constraints: Constraints, values: FloatArray, which: Corner, most: int | None = None
 ) -> sparse.csr_array:
     """Build a matrix with one row for each interior vertex, which sums over the fan of the vertex.
@@ -62,13 +62,13 @@ def fan_rows(
 
 def vertex_rows(constraints: Constraints) -> sparse.csr_array:
     """Return the matrix of eq. 5, (#rows, 3 #F). Each row sums the angle errors at one vertex."""
-    return fan_rows(constraints, np.ones(constraints.topology.corner.shape), Corner.OWN)
+    return build_fan_rows(constraints, np.ones(constraints.topology.corner.shape), Corner.OWN)
 
 
 def wheel_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:
     """Return the left-hand side of eq. 8-10, (#wheels, 3 #F): sum e_beta cot(beta) - e_gamma cot(gamma)."""
     cot, n = 1 / np.tan(alpha), constraints.wheels
-    left, right = (fan_rows(constraints, cot, which, n) for which in (Corner.LEFT, Corner.RIGHT))
+    left, right = (build_fan_rows(constraints, cot, which, n) for which in (Corner.LEFT, Corner.RIGHT))
     return left - right
 
 
@@ -78,7 +78,7 @@ def triangle_rows(constraints: Constraints) -> sparse.csr_array:
     return sparse.kron(each, np.ones((1, 3))).tocsr()
 
 
-def interior_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:
+def build_interior_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:
     """Return the left-hand sides of eq. 5 and 10, (#rows + #wheels, 3 #F).
 
     The two rows of a vertex are adjacent.
@@ -93,12 +93,12 @@ def _interleave_rows(constraints: Constraints) -> IntArray:
     return np.argsort(np.concatenate((2 * rows, 2 * wheels + 1)))
 
 
-def right_hand_sides(constraints: Constraints, alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the right-hand sides of `interior_rows` (eq. 5 and 10) and of `triangle_rows`, (#F,) (eq. 6)."""
+def compute_right_hand_sides(constraints: Constraints, alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the right-hand sides of `build_interior_rows` (eq. 5, 10) and `triangle_rows`, (#F,) (eq. 6)."""
     log_sin = np.log(np.sin(alpha))
     vertex = constraints.target - vertex_rows(constraints) @ alpha.T.ravel()  # right-hand side of eq. 5
     n = constraints.wheels
-    left, right = (fan_rows(constraints, log_sin, which, n) for which in (Corner.LEFT, Corner.RIGHT))
+    left, right = (build_fan_rows(constraints, log_sin, which, n) for which in (Corner.LEFT, Corner.RIGHT))
     wheel = right - left  # right-hand side of eq. 10
     triangle = np.pi - alpha.sum(axis=0)  # right-hand side of eq. 6
     return np.concatenate((vertex, wheel.sum(axis=1)))[_interleave_rows(constraints)], triangle
@@ -135,11 +135,11 @@ def least_norm(
     lower = sparse.tril(C @ C.T).tocsc()
     factored = solvers.factor(lower)
 
-    def errors(b: FloatArray) -> FloatArray:
+    def compute_errors(b: FloatArray) -> FloatArray:
         x = factored.solve(b)  # eq. 16: (C C^T) x = b
         return np.asarray(scale @ (C.T @ x))  # f = C^T x, e = diag(alpha) f
 
-    return errors
+    return compute_errors
 
 
 def take_full_system_step(constraints: Constraints, alpha: FloatArray) -> FloatArray:
@@ -156,8 +156,8 @@ def take_full_system_step(constraints: Constraints, alpha: FloatArray) -> FloatA
     (3, #F) float64
         The errors e, exact up to rounding: the solution is refined once.
     """
-    A = sparse.vstack((interior_rows(constraints, alpha), triangle_rows(constraints))).tocsr()
-    b = np.concatenate(right_hand_sides(constraints, alpha))
+    A = sparse.vstack((build_interior_rows(constraints, alpha), triangle_rows(constraints))).tocsr()
+    b = np.concatenate(compute_right_hand_sides(constraints, alpha))
     errors = least_norm(A, alpha, Solvers("direct"))
     e = errors(b)
     e = e + errors(b - A @ e)

@@ -11,7 +11,7 @@ import igl
 import numpy as np
 
 from .._types import FloatArray
-from ..charts import Atlas, Packing, page_size, resolve_packing
+from ..charts import Atlas, Packing, parse_page_size, resolve_packing
 from ..errors import MeshError
 from ..io import (
     COLOUR,
@@ -97,7 +97,7 @@ def check_contents(mesh: MeshFile, packing: BakedPacking, texcoord: int) -> None
         )
     if kind == "texture" and (mesh.TC is None or mesh.FTC is None):
         raise MeshError(f"{mesh.path} has no texture coordinates: it has no texture to move")
-    size = page_size(packing.resolution or BAKED_RESOLUTION)
+    size = parse_page_size(packing.resolution or BAKED_RESOLUTION)
     kinds = set(list_image_kinds(kind, mesh))
     check_image_memory(size, max(len(kinds), 1), COLOUR_CHANNELS)  # at least one page is written
 

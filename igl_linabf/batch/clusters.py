@@ -57,7 +57,7 @@ def start_local_client(workers: int | None, memory: int | None) -> Iterator[Any]
     folder = os.path.join(tempfile.gettempdir(), f"igl_linabf-{secrets.token_hex(8)}")
     ending, clusters = threading.Event(), list[Any]()
 
-    def end() -> None:
+    def close_cluster() -> None:
         ending.set()
         for cluster in clusters:  # empty while the workers start
             for nanny in cluster.workers.values():
@@ -66,7 +66,7 @@ def start_local_client(workers: int | None, memory: int | None) -> Iterator[Any]
         shutil.rmtree(folder, ignore_errors=True)
 
     with ExitStack() as stack:
-        stack.enter_context(undo_at_interrupt(end))
+        stack.enter_context(undo_at_interrupt(close_cluster))
         stack.callback(shutil.rmtree, folder, ignore_errors=True)
         os.mkdir(folder, 0o700)
         stack.enter_context(_limit_to_one_thread())
@@ -116,14 +116,14 @@ def _replace_lost_workers(cluster: Any, ending: threading.Event) -> Iterator[Non
 
     wanted = len(cluster.workers)
 
-    def mend() -> None:
+    def restart_lost_workers() -> None:
         for name, nanny in list(cluster.workers.items()):
             if nanny.status in (Status.closed, Status.failed) and not ending.is_set():
                 del cluster.workers[name]
         if len(cluster.workers) < wanted and not ending.is_set():
             cluster.scale(wanted)
 
-    mending = PeriodicCallback(mend, WORKER_CHECK_INTERVAL)
+    mending = PeriodicCallback(restart_lost_workers, WORKER_CHECK_INTERVAL)
     cluster.loop.add_callback(mending.start)
     try:
         yield

@@ -71,7 +71,7 @@ def _unwrap_faces_without_texture(
     """Return the texture coordinates of a mesh; faces without texture coordinates get an automatic atlas."""
     assert mesh.TC is not None and mesh.texture is not None
     corners, sizes = (
-        mesh.polygons.corners_of(np.flatnonzero(mesh.lacks_texture)),
+        mesh.polygons.select_corners(np.flatnonzero(mesh.lacks_texture)),
         mesh.polygons.sizes[mesh.lacks_texture],
     )
     bare = Polygons(mesh.polygons.corners[corners], sizes)

@@ -13,7 +13,7 @@ from .options import ChartOptions, resolve_method_of_charts, resolve_options
 from .packing import FIRST_UDIM_TILE, UDIM_ROW, Packing, pack_together
 from .packing import PackedChart as PackedChart
 from .packing import pack_charts as pack_charts
-from .packing import page_size as page_size
+from .packing import parse_page_size as parse_page_size
 from .packing import resolve_packing as resolve_packing
 from .panels import compute_overlap_depths as compute_overlap_depths
 from .seams import cut, find_seams

@@ -34,7 +34,7 @@ from ..measures import (
     measure_qualities,
     measure_quality,
 )
-from ..surface import Cleaned, Submesh, check_finite, seam_mask
+from ..surface import Cleaned, Submesh, check_finite, make_seam_mask
 from . import constants
 from .atlas import Chart, compute_division_price, flatten_piece, map_sides_to_cleaned, open_slivers
 from .cut_graphs import ClosedSurface, get_stretch_weight, predict_isometric_stretch
@@ -94,9 +94,11 @@ def cut_into_pieces(
     pieces, given, mask = [surface], _NO_SEAM, None
     if seams is not None:
         if surface.vertices is not cleaned.origin:
-            mask = map_sides_to_cleaned(seam_mask(seams, F, len(cleaned.merged), as_marked=True), cleaned)
+            mask = map_sides_to_cleaned(
+                make_seam_mask(seams, F, len(cleaned.merged), as_marked=True), cleaned
+            )
         else:
-            mask = seam_mask(seams, surface.vertices[surface.F], surface.n_given)
+            mask = make_seam_mask(seams, surface.vertices[surface.F], surface.n_given)
     if labels is not None:
         between = surface.mask_sides_between(labels[surface.faces])
         mask = between if mask is None else mask | between

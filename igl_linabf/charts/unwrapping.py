@@ -31,7 +31,7 @@ from ..surface import (
     Submesh,
     clean_surface,
     complex_positions,
-    flipped_faces,
+    find_flipped_faces,
     mark_coincident_edges,
     wrap_sound_surface,
 )
@@ -202,13 +202,13 @@ def unwrap(
     rules = ChartRules.from_options(chosen, asked, seams is not None, hidden)
     creased = CreasedSurface(surface, rules.hidden)
 
-    def make(trade: float) -> Atlas:
+    def make_atlas(trade: float) -> Atlas:
         atlas = _unwrap_surface(source, creased, wanted, request, replace(rules, trade=trade))
         bounds = AtlasBounds(asked.max_stretch, asked.max_dirichlet, asked.max_charts, trade)
         return replace(atlas, report=replace(atlas.report, bounds=bounds))
 
     with show_progress(progress):
-        atlas = search_trade(make, asked) if asked.bounds_atlas else make(asked.trade)
+        atlas = search_trade(make_atlas, asked) if asked.bounds_atlas else make_atlas(asked.trade)
     if not as_given:
         atlas = convert_to_given_mesh(atlas, cleaned, given)
     if split is not None:
@@ -281,10 +281,10 @@ def _pack_with_period(
     """Pack charts so that seams of cones match after shifts by multiples of a period."""
     spacing = request.spacing.adapt_to_number_of_charts(len(charts))
 
-    def pack(room: float) -> Atlas:
+    def pack_with_room(room: float) -> Atlas:
         return _make_atlas(surface, charts, replace(request, spacing=spacing.widen(room)))
 
-    return shift_by_period(surface, pack, [piece for _, piece in charts], period, spacing.gap)
+    return shift_by_period(surface, pack_with_room, [piece for _, piece in charts], period, spacing.gap)
 
 
 def _set_scales(
@@ -421,7 +421,7 @@ def _make_atlas(
         scale = vertices.repeat(np.array([chart.scale for chart in charts]))[:, None]
         quality = measure_quality(whole, flat / scale, sum(chart.overlapping for chart in charts))
     else:  # a single chart has the same quality, except for faces that collapse
-        quality = replace(charts[0].quality, flips=len(flipped_faces(complex_positions(TC), FTC.T)))
+        quality = replace(charts[0].quality, flips=len(find_flipped_faces(complex_positions(TC), FTC.T)))
     return Atlas(
         TC=TC,
         FTC=FTC,

@@ -93,7 +93,7 @@ def flatten_mesh(
     chosen = build_method(method, **options, weight=weight)
     in_lengths = fit == "lengths"
     if units is None:  # a map that is stored as a surface keeps the size of the mesh
-        units = "mesh" if in_lengths or is_flat_format(job.target) else "square"
+        units = "mesh" if in_lengths or is_flat_format(job.output_name) else "square"
     if in_lengths and units == "square":
         raise ValueError("--fit lengths sets a scale in the mesh's units: give --units mesh, too")
     mesh = job.read_mesh(surface)

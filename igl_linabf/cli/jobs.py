@@ -60,7 +60,7 @@ class Job:
     suffixes: ClassVar[Sequence[str]] = SUFFIXES  # allowed suffixes of `output`
 
     @property
-    def target(self) -> Path:
+    def output_name(self) -> Path:
         """The output file; for standard output, a file name with the suffix of its format."""
         return Path(f"map.{self.format}") if self.output in (None, STDIO) else self.output
 
@@ -118,14 +118,14 @@ def run_command(
     Errors are printed. An error in one mesh does not stop the run.
     """
 
-    def run() -> int:
+    def run_all_jobs() -> int:
         bound = bind_options(command, values)
         if "job" not in bound:
             return command(**bound)
         jobs = _plan_jobs(replace(bound.pop("job"), on_commit=on_commit, explain=explain))
         return max(report_errors(partial(_run_job, partial(command, **bound), job), job) for job in jobs)
 
-    return report_errors(run, Job("", explain=explain))
+    return report_errors(run_all_jobs, Job("", explain=explain))
 
 
 def _plan_jobs(job: Job) -> list[Job]:
@@ -204,7 +204,7 @@ def check_companion_files(
 
     Called before the computation. `kinds` are the images to write; `second` means second texture coordinates.
     """
-    beside = list_companion_files(job.target, mesh, kinds, pages, second) if job.output != STDIO else ()
+    beside = list_companion_files(job.output_name, mesh, kinds, pages, second) if job.output != STDIO else ()
     if job.picture in beside:
         raise ValueError(
             f"the picture and the texture would both be written to {job.picture}: rename the picture"

@@ -68,7 +68,7 @@ def write_outputs(
                 if to_stdout:
                     data = _write_to_bytes(job, write)
                 else:
-                    stack.enter_context(write(job.target))
+                    stack.enter_context(write(job.output_name))
         if pictured is not None and picture is not None:
             from ..plot import plot_compare
 
@@ -94,7 +94,7 @@ def write_outputs(
 def _write_to_bytes(job: Job, write: Callable[[str | Path], AbstractContextManager[None]]) -> bytes:
     """Return the bytes of a file in the format requested for standard output."""
     with TemporaryDirectory(prefix="igl_linabf-") as folder:
-        path = Path(folder) / job.target
+        path = Path(folder) / job.output_name
         with write(path):
             pass
         beside = sorted(other.name for other in path.parent.iterdir() if other != path)

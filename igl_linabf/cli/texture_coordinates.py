@@ -114,7 +114,7 @@ def pack_charts(
     'props/*.obj' -o packed/ --format glb --json > figures.jsonl    # one line per mesh
     """
     if texcoord:
-        check_target(job.target, None, texcoord)
+        check_target(job.output_name, None, texcoord)
     mesh, TC, FTC = _read_mesh_with_coordinates(job, "they are left as they are", texcoord)
     options: dict[str, Any] = {"rotate": not no_rotate, "scale": scale, "labels": list_image_users(mesh)}
     with progress_part("packing", PROGRESS["computing"]):

@@ -104,7 +104,7 @@ def unwrap_mesh(
     'scans/*.stl' -o maps/ --format glb --json > figures.jsonl    # one line per mesh
     - -o - --quiet < bunny.obj > atlas.obj
     """
-    check_target(job.target, packing.bake, texcoord)
+    check_target(job.output_name, packing.bake, texcoord)
     mesh = job.read_mesh()
     check_contents(mesh, packing, texcoord)
     check_companion_files(job, mesh, list_image_kinds(packing.bake, mesh), packing.pages or 1, bool(texcoord))
@@ -130,9 +130,9 @@ def unwrap_mesh(
     if job.picture and not len(atlas.drawn):
         raise MeshError(f"no face of {job.title} has an area, and a picture would be empty: leave it out")
     with progress_part("baking", PROGRESS["baking"]):
-        image = bake_images(packing, mesh, atlas, job.target)
+        image = bake_images(packing, mesh, atlas, job.output_name)
     TC = (
-        atlas.flat / atlas.report.scale if is_flat_format(job.target) else atlas.TC
+        atlas.flat / atlas.report.scale if is_flat_format(job.output_name) else atlas.TC
     )  # a map that is stored as a surface keeps the size of the mesh
     pictured = mesh.V[atlas.origin], atlas.drawn, {chosen.name: atlas.flat}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}

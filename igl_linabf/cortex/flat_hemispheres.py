@@ -226,7 +226,7 @@ def flatten_hemispheres(
     igl_linabf.errors.MeshError: subjects/nobody has no surf/lh.fiducial, ...
     """
 
-    def flat(name: HemisphereName) -> FlatHemisphere:
+    def flatten_one(name: HemisphereName) -> FlatHemisphere:
         of_it = (
             None if template is None else tuple(_rename_for_hemisphere(Path(path), name) for path in template)
         )
@@ -243,7 +243,7 @@ def flatten_hemispheres(
 
     names = list(hemispheres)
     with ThreadPoolExecutor(max(len(names), 1)) as threads:
-        return list(threads.map(flat, names))
+        return list(threads.map(flatten_one, names))
 
 
 def _rename_for_hemisphere(path: Path, name: HemisphereName) -> Path:

@@ -72,11 +72,11 @@ def writing_hemispheres(folder: str | os.PathLike[str], flats: Iterable[FlatHemi
             [stack.enter_context(replacing(path)) for path in list_files(folder, flat.hemisphere.name)]
             for flat in chosen
         ]
-        list(threads.map(_write, chosen, places))
+        list(threads.map(_write_files_of_map, chosen, places))
         yield
 
 
-def _write(flat: FlatHemisphere, places: list[str]) -> None:
+def _write_files_of_map(flat: FlatHemisphere, places: list[str]) -> None:
     solid, plane, surface, area, picture = places
     vertex, border = flat.patch.vertices, flat.border[flat.patch.vertices]
     write_patch(solid, vertex, border, flat.hemisphere.V[vertex])

@@ -14,8 +14,8 @@ from ..angles import (
     Corner,
     Step,
     build_constraints,
+    build_fan_rows,
     corner_angles,
-    fan_rows,
     least_norm,
     residual,
     triangle_rows,
@@ -28,8 +28,8 @@ from ..surface import (
     Mesh,
     Pins,
     complex_positions,
-    flat_angles,
-    flipped_faces,
+    compute_flat_angles,
+    find_flipped_faces,
     move_to_pins,
     normalize_placement,
     real_coordinates,
@@ -67,7 +67,7 @@ def flatten_by_scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
     except RuntimeError:
         raise _make_no_map_error(mesh, "igl.spectra.lscm") from None
     # restore the orientation, which is arbitrary, like the sign and the order of the coordinates
-    backwards = len(flipped_faces(z, mesh.topology.corner)) > mesh.topology.corner.shape[1] / 2
+    backwards = len(find_flipped_faces(z, mesh.topology.corner)) > mesh.topology.corner.shape[1] / 2
     z = z.conj() if backwards else z
     covered = signed_double_areas(z, mesh.topology.corner).sum() / 2
     z = z * np.sqrt(area / covered) if covered > 0 else z
@@ -106,7 +106,7 @@ def take_newton_step(problem: Problem, earlier: StageResults) -> StageResult:
     if constraints.n_rows:
         cot = 1 / np.tan(alpha)
         half = np.exp(-b.wheel / 2)  # sqrt(prod sin(beta) / prod sin(gamma))
-        left, right = (fan_rows(constraints, cot, which) for which in (Corner.LEFT, Corner.RIGHT))
+        left, right = (build_fan_rows(constraints, cot, which) for which in (Corner.LEFT, Corner.RIGHT))
         wheel = sparse.diags_array(half) @ left - sparse.diags_array(1 / half) @ right
         A = sparse.vstack((vertex_rows(constraints), wheel, triangle_rows(constraints))).tocsr()
         try:
@@ -142,8 +142,8 @@ def _make_result_of_map(
     if pinned is None:
         z = normalize_placement(topology, z, mesh.area)
     seconds = {"layout": perf_counter() - start}
-    alpha = flat_angles(z, topology.corner)
-    flipped = flipped_faces(z, topology.corner)
+    alpha = compute_flat_angles(z, topology.corner)
+    flipped = find_flipped_faces(z, topology.corner)
     b = residual(constraints, alpha)
     return Flattening(
         uv=real_coordinates(z),

@@ -24,10 +24,10 @@ from ..linalg import NotPositiveDefiniteError, Solvers
 from ..measures import find_crossed_loops, find_overlapping_pairs
 from ..surface import (
     Disks,
-    bounded_ratio,
     complex_positions,
+    compute_bounded_ratio,
+    compute_flat_angles,
     concatenate_sound_disks,
-    flat_angles,
     real_coordinates,
     signed_double_areas,
 )
@@ -109,7 +109,7 @@ def flatten_linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
         F=topology.corner.T - faces.repeat(vertices.start[:-1])[:, None],
         angles=np.ascontiguousarray(at.alpha.T),
         gap=boundary.gaps,
-        ratio=bounded_ratio(faces.max(scale), faces.min(scale)),
+        ratio=compute_bounded_ratio(faces.max(scale), faces.min(scale)),
         solver=solver,
     )
 
@@ -133,11 +133,11 @@ def iterate_isometric_maps(
             )
     except NotPositiveDefiniteError:
         return
-    alpha, constraints = flat_angles(z, corner), build_constraints(disks.topology)
+    alpha, constraints = compute_flat_angles(z, corner), build_constraints(disks.topology)
     at = Iterate.from_angles(constraints, alpha)
     after = DiskBlocks.from_disks(constraints, disks).residuals(at.residual).T
     scale = signed_double_areas(z, corner) / disks.double_area
-    ratio = bounded_ratio(faces.max(scale), faces.min(scale))
+    ratio = compute_bounded_ratio(faces.max(scale), faces.min(scale))
     uv, angles = real_coordinates(z), np.ascontiguousarray(alpha.T)
     crossed = set(find_crossed_loops(z, *disks.boundary_loops).tolist())
     for k in np.flatnonzero(good).tolist():

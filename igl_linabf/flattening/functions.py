@@ -33,7 +33,7 @@ from ..surface import (
     RepairedDisk,
     Submesh,
     complex_positions,
-    flipped_faces,
+    find_flipped_faces,
     map_direction,
     parse_direction,
     planar_mesh,
@@ -626,7 +626,7 @@ def _check_up(up: ArrayLike, has_pins: bool, boundary: str) -> FloatArray:
 
 def _replace_map(mesh: Mesh, made: Flattening, uv: FloatArray, how: str) -> Flattening:
     """Replace the map of a result by `uv`, unless rounding would change which faces are flipped."""
-    changed = np.setxor1d(flipped_faces(complex_positions(uv), mesh.topology.corner), made.flipped)
+    changed = np.setxor1d(find_flipped_faces(complex_positions(uv), mesh.topology.corner), made.flipped)
     if not len(changed):
         return replace(made, uv=uv)
     warnings.warn(

@@ -15,7 +15,7 @@ from .._types import FloatArray, IntArray
 PATIENCE = 3_600.0  # seconds after which a program counts as hanging
 
 
-def _blender(mesh: Arrays) -> Arrays:
+def _flatten_by_blender(mesh: Arrays) -> Arrays:
     import bpy
 
     V, F = mesh["V"], mesh["F"]
@@ -41,7 +41,7 @@ def _blender(mesh: Arrays) -> Arrays:
     return {"uv": uv, "seconds": np.array(seconds)}
 
 
-def _meshlab(mesh: Arrays) -> Arrays:
+def _flatten_by_meshlab(mesh: Arrays) -> Arrays:
     import pymeshlab
 
     meshes = pymeshlab.MeshSet()
@@ -54,8 +54,8 @@ def _meshlab(mesh: Arrays) -> Arrays:
 
 
 PEERS: dict[str, tuple[str, Callable[[Arrays], Arrays]]] = {
-    "Blender ABF": ("bpy", _blender),
-    "MeshLab LSCM": ("pymeshlab", _meshlab),
+    "Blender ABF": ("bpy", _flatten_by_blender),
+    "MeshLab LSCM": ("pymeshlab", _flatten_by_meshlab),
 }
 
 

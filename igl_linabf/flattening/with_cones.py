@@ -18,12 +18,12 @@ from ..angles import (
     State,
     System,
     build_constraints,
+    compute_rescaled_angles,
     corner_angles,
     initial_estimate,
     is_diverging,
     iterate_with_corrections,
     limit_obtuse_angles,
-    rescale_triangles,
     run_active_set,
     step_from_surface,
     step_with_known_factor,
@@ -218,7 +218,7 @@ def _scale_conformally(
             sums = constraints.sum_at_rows(constraints.topology.sum_at_vertices(surface))
             u = np.append(-lin.inverse.solve(constraints.target - sums), 0.0)[constraints.row]
         sine = np.maximum(np.sin(surface), SMALLEST_SINE)  # proportional to the opposite side
-        alpha, bad = rescale_triangles(constraints.topology, sine, u)
+        alpha, bad = compute_rescaled_angles(constraints.topology, sine, u)
         bad |= alpha.max(axis=0) > np.maximum(LARGEST_SCALED_ANGLE, surface.max(axis=0) + LARGEST_WIDENING)
         at = angles.evaluate(np.where(bad, angles.estimate, alpha))
     return State(angles, at, lin=lin)

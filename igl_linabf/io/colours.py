@@ -117,7 +117,7 @@ def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
     """
     decoded: dict[bytes, FloatArray] = {}
 
-    def decode(read: Callable[[], bytes], what: str) -> FloatArray:
+    def decode_once(read: Callable[[], bytes], what: str) -> FloatArray:
         data = read()
         if data not in decoded:
             decoded[data] = decode_image(data, what)
@@ -129,8 +129,8 @@ def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
     for i, look in enumerate(looks):
         for image_map in look.maps:
             what = _name_image(mesh, i, image_map)
-            tiles = {page: decode(read, what) for page, read in image_map.tiles.items()}
-            pixels = next(iter(tiles.values())) if tiles else decode(image_map.read, what)
+            tiles = {page: decode_once(read, what) for page, read in image_map.tiles.items()}
+            pixels = next(iter(tiles.values())) if tiles else decode_once(image_map.read, what)
             images[image_map.kind][i] = Picture(
                 pixels, image_map.wrap, image_map.matrix, image_map.nearest, tiles
             )
@@ -140,7 +140,7 @@ def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
 def replace_colours_that_are_not_finite(extras: Extras, name: str) -> Extras:
     """Replace colours that are NaN or infinite by white, and warn; `name` is the name of the file."""
 
-    def whiten(colours: FloatArray | None, of: str) -> FloatArray | None:
+    def whiten_colours(colours: FloatArray | None, of: str) -> FloatArray | None:
         if colours is None or np.isfinite(colours).all():
             return colours
         finite = np.asarray(np.isfinite(colours).all(axis=1))
@@ -151,9 +151,9 @@ def replace_colours_that_are_not_finite(extras: Extras, name: str) -> Extras:
 
     return replace(
         extras,
-        colours=whiten(extras.colours, "vertices"),
-        corner_colours=whiten(extras.corner_colours, "corners"),
-        face_colours=whiten(extras.face_colours, "faces"),
+        colours=whiten_colours(extras.colours, "vertices"),
+        corner_colours=whiten_colours(extras.corner_colours, "corners"),
+        face_colours=whiten_colours(extras.face_colours, "faces"),
     )
 
 

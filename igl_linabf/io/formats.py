@@ -249,13 +249,13 @@ def _adapt_names(mesh: MeshFile, suffix: str) -> tuple[MeshFile, list[str]]:
     if isinstance(extras.source, LOSSLESS_SOURCES.get(suffix, ())):
         return mesh, []
 
-    def fit(labels: FaceLabels | None) -> FaceLabels | None:
+    def adapt_labels(labels: FaceLabels | None) -> FaceLabels | None:
         if labels is None:
             return None
         names, index = labels
         return (make_obj_names(names) if suffix == ".obj" else tuple(map(_escape_invalid_utf8, names))), index
 
-    adapted = replace(extras, parts=fit(extras.parts), materials=fit(extras.materials))
+    adapted = replace(extras, parts=adapt_labels(extras.parts), materials=adapt_labels(extras.materials))
     old_names, new_names = (
         [*(fields.parts or ((),))[0], *(fields.materials or ((),))[0]] for fields in (extras, adapted)
     )

@@ -149,21 +149,21 @@ def _parse_material(lines: tuple[str, ...]) -> Material:
         values = parse_numbers([*map(encode_utf8, words[:3])], min(len(words), 3))
         values_of_key[key] = values if np.isfinite(values).all() else []
 
-    def colour(key: str, default: Colour) -> Colour:
+    def parse_colour(key: str, default: Colour) -> Colour:
         values = values_of_key.get(key) or list(default)
         return Colour(*values) if len(values) == 3 else Colour(values[0], values[-1], values[-1])
 
-    def number(key: str) -> float | None:
+    def parse_number(key: str) -> float | None:
         values = values_of_key.get(key)
         return values[0] if values else None
 
-    alpha, transparency = number("d"), number("Tr")
+    alpha, transparency = parse_number("d"), parse_number("Tr")
     return Material(
-        colour=colour("Kd", WHITE),
+        colour=parse_colour("Kd", WHITE),
         alpha=1.0 - (transparency or 0.0) if alpha is None else alpha,
-        metallic=number("Pm"),
-        roughness=number("Pr"),
-        emission=colour("Ke", BLACK),
+        metallic=parse_number("Pm"),
+        roughness=parse_number("Pr"),
+        emission=parse_colour("Ke", BLACK),
         images=any(has_image(line) for line in lines),
         lines=lines,
     )

@@ -214,17 +214,17 @@ class MeshFile:
         for such corners.
         """
 
-        def fill(TC: FloatArray, rows: IntArray) -> tuple[FloatArray, IntArray]:
+        def fill_rows(TC: FloatArray, rows: IntArray) -> tuple[FloatArray, IntArray]:
             return np.concatenate((TC, [[0.0, 1.0]])), np.where(rows < 0, len(TC), rows)
 
         if self.TC is None or self.texture is None:
             return self
         filled = self
         if (self.texture < 0).any():
-            TC, texture = fill(self.TC, self.texture)
+            TC, texture = fill_rows(self.TC, self.texture)
             filled = replace(self, TC=TC, texture=texture)
         if self.first is not None and (self.first[1] < 0).any():
-            filled = replace(filled, first=fill(*self.first))
+            filled = replace(filled, first=fill_rows(*self.first))
         return filled
 
 

@@ -56,7 +56,7 @@ def parse_off(data: bytes) -> MeshFile:
     n, m = counts
     rows, line_numbers = rows[first + 1 :], line_numbers[first + 1 :]
     if len(rows) != n + m and head[0] == b"OFF":
-        rows, line_numbers = _regroup_words(rows, line_numbers, n, m)
+        rows, line_numbers = _group_words_by_row(rows, line_numbers, n, m)
     if len(rows) != n + m:
         raise Damaged(
             f"its header declares {format_count(n, 'vertex')} and {format_count(m, 'face')}, but "
@@ -148,7 +148,7 @@ def _parse_face_colours(rows: list[bytes], sizes: list[int]) -> tuple[FloatArray
     return filled if not opaque.all() else filled[:, :3], other
 
 
-def _regroup_words(
+def _group_words_by_row(
     rows: list[bytes], line_numbers: list[int], n: int, m: int
 ) -> tuple[list[bytes], list[int]]:
     """Return one row per vertex and per face, even if a vertex or a face spans several lines of the file."""

@@ -88,17 +88,17 @@ def split_with_stable_indices(mesh: MeshFile, normals: bool = False) -> SplitVer
     new_index = np.empty(len(split.vertex), dtype=np.int64)
     new_index[first], new_index[is_copy] = used, n + np.arange(int(is_copy.sum()))
 
-    def ordered(rows: FloatArray) -> FloatArray:
+    def order_rows(rows: FloatArray) -> FloatArray:
         table = np.zeros((n + int(is_copy.sum()), rows.shape[1]))
         table[new_index] = rows
         return table
 
     return SplitVertices(
         np.append(np.arange(n), split.vertex[is_copy]),
-        ordered(split.TC),
-        None if split.normals is None else ordered(split.normals),
+        order_rows(split.TC),
+        None if split.normals is None else order_rows(split.normals),
         new_index[split.corners],
-        first=None if split.first is None else ordered(split.first),
+        first=None if split.first is None else order_rows(split.first),
     )
 
 

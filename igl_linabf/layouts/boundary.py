@@ -71,7 +71,7 @@ def compute_harmonic_map(
     # boundary vertices with prescribed sums have rows, too: replace these rows by the identity
     lower = replace_rows_by_identity(pattern.build_laplacian(weight), n)
     factored = (laplacian or pattern.get_analysis(solvers)).factor(lower.data)
-    rhs = pattern.fixed_vertex_terms(weight, z)
+    rhs = pattern.sum_fixed_vertex_terms(weight, z)
     rhs[n:] = 0.0
     z[topology.is_interior] = complex_positions(factored.solve(rhs)[:n])
     return z, factored.name

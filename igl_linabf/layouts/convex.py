@@ -36,7 +36,7 @@ def embed_in_circle(topology: Topology, solvers: Solvers) -> Iterator[ComplexArr
     free = np.ones(filled.n, dtype=bool)
     free[rim] = False
     for decay in DECAYS:
-        made = _convex_combination(filled, z, free, decay, solvers)
+        made = _embed_by_convex_combinations(filled, z, free, decay, solvers)
         if made is not None:
             yield made[:n]
 
@@ -60,14 +60,14 @@ def embed_patches(topology: Topology, z: ComplexArray, solvers: Solvers) -> Iter
         if not free.any():
             continue
         for decay in DECAYS:
-            made = _convex_combination(topology, z, free, decay, solvers)
+            made = _embed_by_convex_combinations(topology, z, free, decay, solvers)
             if made is not None:
                 yield made
         if (free == inside).all():
             return
 
 
-def _convex_combination(
+def _embed_by_convex_combinations(
     topology: Topology, z: ComplexArray, free: BoolArray, decay: float, solvers: Solvers
 ) -> ComplexArray | None:
     """Place each free vertex at a convex combination of its neighbours; all other vertices are fixed.
@@ -91,7 +91,7 @@ def _convex_combination(
         factored = solvers.factor(lower)
     except NotPositiveDefiniteError:
         return None
-    x = factored.solve(pattern.fixed_vertex_terms(weight, held))
+    x = factored.solve(pattern.sum_fixed_vertex_terms(weight, held))
     return np.where(free, np.append(x @ [1, 1j], 0)[row], z)
 
 

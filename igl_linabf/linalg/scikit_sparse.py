@@ -65,12 +65,12 @@ class CholeskyFactorInterface:
         if numeric.rcond == 0:  # CHOLMOD accepts NaN
             _check_pivots(numeric.factor.diagonal(), numeric.perm)
 
-        def solve(b: FloatArray) -> FloatArray:
+        def solve_quietly(b: FloatArray) -> FloatArray:
             with warnings.catch_warnings():  # callers expect large condition numbers
                 warnings.simplefilter("ignore", self._warning)
                 return np.asarray(numeric.solve(b))
 
-        return solve
+        return solve_quietly
 
 
 def _check_pivots(pivots: FloatArray, permutation: IntArray) -> None:

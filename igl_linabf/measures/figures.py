@@ -245,19 +245,19 @@ def _combine_changes(changed: Change, faces: Ragged, overlaps: Sequence[int]) ->
             faces.max(changed.largest_stretch),
             dirichlet,
             faces.sum(changed.edge_change.mean(axis=0)) / faces.sizes,
-            _texel_spread(changed, faces),
+            _measure_texel_spread(changed, faces),
         )
         further = (
             faces.sum((changed.angle_error**2).mean(axis=0)) / faces.sizes,
             faces.max(conformal),
-            _percentile_99(changed.edge_change, faces),
+            _compute_percentile_99(changed.edge_change, faces),
         )
     flips = faces.sum(changed.is_flipped.astype(np.int64)).tolist()
     reports = map(QualityReport, *np.stack(further).tolist(), faces.sizes.tolist())
     return list(map(Quality, *np.stack(figures).tolist(), flips, overlaps, reports))
 
 
-def _texel_spread(changed: Change, faces: Ragged) -> FloatArray:
+def _measure_texel_spread(changed: Change, faces: Ragged) -> FloatArray:
     """Return, for each chart, the area-weighted 99th percentile of the area ratio over the 1st percentile."""
     area, log_ratio = changed.double_area, changed.log_area_ratio
     # sorting each chart separately is faster than sorting all faces by chart and ratio
@@ -270,7 +270,7 @@ def _texel_spread(changed: Change, faces: Ragged) -> FloatArray:
         return np.where(np.isfinite(least), np.exp(most - least), np.inf)
 
 
-def _percentile_99(sides: FloatArray, faces: Ragged) -> FloatArray:
+def _compute_percentile_99(sides: FloatArray, faces: Ragged) -> FloatArray:
     """Compute, for each chart, the 99th percentile of values at the sides of its faces, (3, #F)."""
     last = 3 * faces.sizes - 1
     place = 0.99 * last

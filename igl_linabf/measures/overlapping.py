@@ -17,7 +17,7 @@ from ..surface import (
     Submesh,
     Topology,
     complex_positions,
-    face_components,
+    label_face_components,
     scale_to_unit_size,
     signed_double_areas,
 )
@@ -98,7 +98,7 @@ def find_overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = Fal
     map_ = scale_to_unit_size(map_)
     if between:
         return _find_all_pairs(complex_positions(map_), F)
-    chart = face_components(F, len(map_))
+    chart = label_face_components(F, len(map_))
     z = complex_positions(map_)
     suspect = ~_prove_injectivity(z, F, chart)
     index = np.flatnonzero(suspect[chart])

@@ -116,7 +116,9 @@ def _draw_pieces(pattern: Pattern, text: float) -> tuple[list[Stroke], list[Labe
     strokes = [Stroke(OUTLINE, line, closed=True) for line in pattern.cut_lines]
     if pattern.report.allowance:
         strokes += [Stroke(SEWING, line, closed=True) for line in pattern.outlines]
-    strokes += [Stroke(_layer_of_tab(tab.angle, pattern.report.crease), tab.base) for tab in pattern.tabs]
+    strokes += [
+        Stroke(_choose_layer_of_tab(tab.angle, pattern.report.crease), tab.base) for tab in pattern.tabs
+    ]
     for layer, kind in ((MOUNTAIN, pattern.fold_angles > 0), (VALLEY, pattern.fold_angles <= 0)):
         strokes += [Stroke(layer, line) for line in join_segments(pattern.folds[kind])]
     labels = []
@@ -137,7 +139,7 @@ def _draw_pieces(pattern: Pattern, text: float) -> tuple[list[Stroke], list[Labe
     return strokes, labels
 
 
-def _layer_of_tab(angle: float, crease: float) -> str:
+def _choose_layer_of_tab(angle: float, crease: float) -> str:
     """Return the layer of the base of a tab: a fold if the surface has a crease there."""
     if abs(angle) < crease:
         return TAB

@@ -16,7 +16,14 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..charts import Atlas
 from ..errors import MeshError, format_count
 from ..measures import Measure, distortion
-from ..surface import complex_positions, drop_unused_vertices, face_array, map_array, seam_mask, vertex_array
+from ..surface import (
+    complex_positions,
+    drop_unused_vertices,
+    face_array,
+    make_seam_mask,
+    map_array,
+    vertex_array,
+)
 from .cones import SeamSides, add_cones, choose_arc_colours, find_seam_sides
 
 SCALAR_BAR_HEIGHT = 0.12  # height of a scalar bar, relative to the height of the window
@@ -95,7 +102,7 @@ def _build_atlas_scene(points: FloatArray, F: ArrayLike, atlas: Atlas, seams: Ar
 
 def _find_seam_edges(seams: ArrayLike, F: IntArray, n: int) -> IntArray:
     """Return the vertices of each seam edge, (#E, 2)."""
-    f, k = np.nonzero(seam_mask(seams, F, n))
+    f, k = np.nonzero(make_seam_mask(seams, F, n))
     return np.unique(np.sort(np.column_stack((F[f, k], F[f, (k + 1) % 3])), axis=1), axis=0)
 
 

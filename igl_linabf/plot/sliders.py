@@ -21,21 +21,21 @@ def add_sliders(viewer: Viewer) -> None:
     viewer.plotter.subplot(1, 0)
     colours = ("board", *MEASURES)
 
-    def method(name: str) -> None:
+    def show_method(name: str) -> None:
         viewer.method = name
         viewer.draw()
 
-    def iterate(value: float) -> None:
+    def set_iterations(value: float) -> None:
         viewer.iterate(round(value) - viewer.iterations)
 
-    def colour(name: str) -> None:
+    def show_colours(name: str) -> None:
         viewer.look.measure = None if name == "board" else next(m for m in MEASURES if m == name)
         viewer.draw()
 
-    _add_choice(viewer, 0, viewer.methods, viewer.method, method)
-    _add_number(viewer, 1, "iterations, 0: auto", MAX_SLIDER_ITERATIONS, viewer.iterations, iterate)
+    _add_choice(viewer, 0, viewer.methods, viewer.method, show_method)
+    _add_number(viewer, 1, "iterations, 0: auto", MAX_SLIDER_ITERATIONS, viewer.iterations, set_iterations)
     _add_number(viewer, 2, "trade", MAX_SLIDER_TRADE, 6.0, viewer.set_trade)
-    _add_choice(viewer, 3, colours, viewer.look.measure or colours[0], colour)
+    _add_choice(viewer, 3, colours, viewer.look.measure or colours[0], show_colours)
 
 
 def _build_slider_options(i: int) -> dict[str, Any]:
@@ -77,9 +77,9 @@ def _call_on_change(viewer: Viewer, now: object, chosen: Callable) -> Callable: 
     """
     last = [now]
 
-    def call(value: object) -> None:
+    def act_on_change(value: object) -> None:
         if value != last[0]:
             last[0] = value
             viewer.act(partial(chosen, value))
 
-    return call
+    return act_on_change

@@ -283,18 +283,18 @@ class Viewer:
 
     def save_picture(self) -> Path:
         """Save a picture of the window as a new PNG file, and return its path."""
-        path = self._free_path(".png")
+        path = self._find_free_path(".png")
         with replacing(path) as temporary:
             self.plotter.screenshot(temporary)
         return self._report_saved(path)
 
     def save_mesh(self) -> Path:
         """Save the surface with its map as a new OBJ file, and return its path."""
-        path = self._free_path(".obj")
+        path = self._find_free_path(".obj")
         write_mesh(path, self._maps.V, self._maps.F, unit_square(self.shown.uv), self.shown.corners)
         return self._report_saved(path)
 
-    def _free_path(self, suffix: str) -> Path:
+    def _find_free_path(self, suffix: str) -> Path:
         numbered = (Path(f"{self._save_as}-{i}{suffix}") for i in count(1))
         return next(path for path in numbered if not path.exists())
 
@@ -358,8 +358,8 @@ class Viewer:
         for key, action in keys.items():
             self.plotter.add_key_event(key, partial(self.act, action))
         interactor = self.plotter.iren
-        interactor.add_observer("LeftButtonPressEvent", self._press)
-        interactor.style.add_observer("EndInteractionEvent", self._release)
+        interactor.add_observer("LeftButtonPressEvent", self._handle_press)
+        interactor.style.add_observer("EndInteractionEvent", self._handle_release)
 
     def act(self, action: Callable[[], object]) -> None:
         """Run the action of a key or slider, and render the window; an error is shown in the caption."""
@@ -371,10 +371,10 @@ class Viewer:
             self._message = ""
         self.plotter.render()
 
-    def _press(self, *_: object) -> None:
+    def _handle_press(self, *_: object) -> None:
         self._pressed = self.plotter.iren.get_event_position()
 
-    def _release(self, *_: object) -> None:
+    def _handle_release(self, *_: object) -> None:
         x, y = self.plotter.iren.get_event_position()
         if abs(x - self._pressed[0]) + abs(y - self._pressed[1]) <= MAX_CLICK_MOVEMENT:
             self.act(partial(self.pick, x, y))

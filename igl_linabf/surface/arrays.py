@@ -195,7 +195,7 @@ def _find_positions(index: np.ndarray, vertices: IntArray, name: str, do: str) -
     return np.asarray(new)
 
 
-def seam_mask(seams: ArrayLike, F: IntArray, n: int, *, as_marked: bool = False) -> BoolArray:
+def make_seam_mask(seams: ArrayLike, F: IntArray, n: int, *, as_marked: bool = False) -> BoolArray:
     """Check the seams, and return them as a mask of sides, (#F, 3).
 
     A mask that marks one side of an edge is extended to all sides of that edge, unless `as_marked` is True.
@@ -209,7 +209,7 @@ def seam_mask(seams: ArrayLike, F: IntArray, n: int, *, as_marked: bool = False)
             raise MeshError("seams has the shape (#F, 3) but is not a mask: pass booleans, or zeros and ones")
         if as_marked:
             return array.astype(bool)
-        keys = _side_keys(F, n)  # extend the mask to all sides of each marked edge
+        keys = _make_side_keys(F, n)  # extend the mask to all sides of each marked edge
         return np.asarray(np.isin(keys, keys[array.astype(bool)]))
     if array.size == 0:
         return np.zeros(F.shape, dtype=bool)
@@ -225,7 +225,7 @@ def seam_mask(seams: ArrayLike, F: IntArray, n: int, *, as_marked: bool = False)
             f"(edge {bad[0]} is {array[bad[0]].tolist()}): correct them"
         )
     pairs = array.astype(np.int64)
-    bad = np.flatnonzero(~np.isin(_edge_keys(pairs, n), _side_keys(F, n)))
+    bad = np.flatnonzero(~np.isin(_make_edge_keys(pairs, n), _make_side_keys(F, n)))
     if len(bad):
         raise MeshError(
             f"seam edges {first_few(bad)} are not edges of the mesh (edge {bad[0]} is "
@@ -242,7 +242,7 @@ def mark_sides(edges: IntArray, F: IntArray, n: int) -> BoolArray:
     sides = corner & corner[:, [1, 2, 0]]
     face, k = np.nonzero(sides)  # compare keys only for sides whose two ends are vertices of the edges
     sides[face, k] = np.isin(
-        _edge_keys(np.stack((F[face, k], F[face, (k + 1) % 3]), axis=1), n), _edge_keys(edges, n)
+        _make_edge_keys(np.stack((F[face, k], F[face, (k + 1) % 3]), axis=1), n), _make_edge_keys(edges, n)
     )
     return np.asarray(sides)
 
@@ -256,11 +256,11 @@ def scatter_to_input(uv: FloatArray, vertices: IntArray, n_given: int) -> FloatA
     return full
 
 
-def _side_keys(F: IntArray, n: int) -> IntArray:
-    return _edge_keys(np.stack((F, F[:, [1, 2, 0]]), axis=-1), n)
+def _make_side_keys(F: IntArray, n: int) -> IntArray:
+    return _make_edge_keys(np.stack((F, F[:, [1, 2, 0]]), axis=-1), n)
 
 
-def _edge_keys(ends: IntArray, n: int) -> IntArray:
+def _make_edge_keys(ends: IntArray, n: int) -> IntArray:
     """Return one number per edge, independent of its direction; the last axis holds the two end vertices."""
     a, b = ends[..., 0], ends[..., 1]
     return np.asarray(np.minimum(a, b) * n + np.maximum(a, b))

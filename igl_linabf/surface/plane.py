@@ -17,13 +17,13 @@ HOPELESS_AREA_RATIO = 1e30  # at a larger area scale ratio, edge lengths differ 
 LEAST_AREA_SHARE = 1e-32  # minimum area scale that is distinguished from 0, relative to the largest
 
 
-def area_scale_ratio(mesh: Mesh, z: ComplexArray) -> float:
-    """Return the ratio of the largest to the smallest area scale of a map, see `bounded_ratio`."""
+def compute_area_scale_ratio(mesh: Mesh, z: ComplexArray) -> float:
+    """Return the ratio of the largest to the smallest area scale of a map, see `compute_bounded_ratio`."""
     scale = np.abs(signed_double_areas(z, mesh.topology.corner)) / mesh.double_area
-    return float(bounded_ratio(scale.max(), scale.min()))
+    return float(compute_bounded_ratio(scale.max(), scale.min()))
 
 
-def bounded_ratio(largest: Array, smallest: Array) -> Array:
+def compute_bounded_ratio(largest: Array, smallest: Array) -> Array:
     """Return largest / smallest, limited to 1 / `LEAST_AREA_SHARE`, the value for a collapsed map."""
     return np.asarray(largest / np.maximum(smallest, LEAST_AREA_SHARE * largest))
 
@@ -43,7 +43,7 @@ def multiply_by_power_of_two(number: float, power: int) -> float:
         return float(np.ldexp(number, power))
 
 
-def flat_angles(z: ComplexArray, corner: IntArray) -> FloatArray:
+def compute_flat_angles(z: ComplexArray, corner: IntArray) -> FloatArray:
     """Return the corner angles of a flat map, (3, #F), radians; also positive for flipped triangles."""
     at = z[corner]
     cross = (at[NEXT] - at).conj() * (at[PREV] - at)
@@ -60,7 +60,7 @@ def real_coordinates(z: ComplexArray) -> FloatArray:
     return np.column_stack((z.real, z.imag))
 
 
-def flipped_faces(z: ComplexArray, corner: IntArray) -> IntArray:
+def find_flipped_faces(z: ComplexArray, corner: IntArray) -> IntArray:
     """Return the faces whose signed area in the map is not positive."""
     return np.flatnonzero(~(signed_double_areas(z, corner) > 0))
 

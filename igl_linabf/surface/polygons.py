@@ -82,7 +82,7 @@ class Polygons:
         """The polygon of each corner, (#C,)."""
         return np.repeat(np.arange(len(self)), self.sizes)
 
-    def corners_of(self, faces: IntArray) -> IntArray:
+    def select_corners(self, faces: IntArray) -> IntArray:
         """Return the indices of the corners of some polygons, in order."""
         row, rank = index_and_rank(self.sizes[faces])
         return np.asarray(self.starts[faces][row] + rank)
@@ -217,7 +217,7 @@ class Triangles:
 
     def select_polygons(self, faces: IntArray) -> Triangles:
         """Return the triangles of some polygons, ascending, as a triangulation of these polygons alone."""
-        polygons, corners = self.polygons, self.polygons.corners_of(faces)
+        polygons, corners = self.polygons, self.polygons.select_corners(faces)
         first, end = (np.searchsorted(self.face, faces, side) for side in ("left", "right"))
         face, rank = index_and_rank(end - first)
         rows = first[face] + rank
@@ -249,12 +249,12 @@ def _retriangulate_double_edges(done: Triangles, kept: Polygons, own: IntArray, 
     """
     n = len(V)
 
-    def keys(i: IntArray, j: IntArray) -> IntArray:
+    def make_edge_keys(i: IntArray, j: IntArray) -> IntArray:
         return np.asarray(np.minimum(i, j) * n + np.maximum(i, j))
 
-    edges = np.unique(keys(kept.corners, kept.corners[kept.next_corner]))
+    edges = np.unique(make_edge_keys(kept.corners, kept.corners[kept.next_corner]))
     t, k = np.nonzero(done.inner)
-    diagonal, face = keys(done.F[t, k], done.F[t, (k + 1) % 3]), done.face[t]
+    diagonal, face = make_edge_keys(done.F[t, k], done.F[t, (k + 1) % 3]), done.face[t]
     order = np.lexsort((face, diagonal))
     diagonal, face = diagonal[order], face[order]
     first = np.searchsorted(diagonal, diagonal)  # the polygon with the lowest index keeps its diagonal
@@ -268,7 +268,7 @@ def _retriangulate_double_edges(done: Triangles, kept: Polygons, own: IntArray, 
         rows, at = rows[chosen], at[chosen]
         if len(rows) and 3 < at.shape[1] <= LARGEST_SEARCHED_POLYGON:
             v = kept.corners[at]
-            local = triangulate_polygons(V[v], np.isin(keys(v[:, :, None], v[:, None]), taken))
+            local = triangulate_polygons(V[v], np.isin(make_edge_keys(v[:, :, None], v[:, None]), taken))
             owner, place, inner = _flatten_group(rows, at, local)
             parts.append(
                 Triangles(done.polygons, done.polygons.corners[own[place]], owner, own[place], inner)

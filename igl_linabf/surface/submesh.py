@@ -27,7 +27,7 @@ from .topology import (
     build_topology,
     check_fans,
     connected_labels,
-    face_components,
+    label_face_components,
 )
 
 
@@ -131,7 +131,7 @@ class Submesh:
     @cached_property
     def component_of_face(self) -> IntArray:
         """Component of each face, numbered from 0."""
-        return face_components(self.F, len(self.V))
+        return label_face_components(self.F, len(self.V))
 
     @cached_property
     def angle_sums(self) -> FloatArray:

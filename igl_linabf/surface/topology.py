@@ -25,14 +25,14 @@ from ..errors import MeshError, first_few, format_count
 from .ragged import Ragged
 
 
-def vertex_components(F: IntArray, n: int) -> IntArray:
+def label_vertex_components(F: IntArray, n: int) -> IntArray:
     """Label the component of each vertex 0 .. n - 1; an unreferenced vertex is a component by itself."""
     return connected_labels(np.concatenate((F[:, :2], F[:, ::2])), n)
 
 
-def face_components(F: IntArray, n: int) -> IntArray:
+def label_face_components(F: IntArray, n: int) -> IntArray:
     """Label the component of each face, numbered from 0; faces that share a vertex are connected."""
-    label = vertex_components(F, n)[F[:, 0]]
+    label = label_vertex_components(F, n)[F[:, 0]]
     used = np.zeros(n, dtype=np.int64)
     used[label] = 1
     return np.asarray((np.cumsum(used) - 1)[label])
@@ -189,7 +189,7 @@ def build_topology(F: IntArray, vertices: IntArray) -> Topology:
     """
     made = build_sound_topology(F, vertices)
     if made is None:
-        raise _nonmanifold_error(F, find_edges(np.ascontiguousarray(F.T), len(vertices))[0], vertices)
+        raise _make_nonmanifold_error(F, find_edges(np.ascontiguousarray(F.T), len(vertices))[0], vertices)
     return made
 
 
@@ -260,7 +260,7 @@ def number_triangles(F: IntArray) -> tuple[IntArray, BoolArray]:
     return triangle, twin
 
 
-def _nonmanifold_error(F: IntArray, edges: IntArray, vertices: IntArray) -> MeshError:
+def _make_nonmanifold_error(F: IntArray, edges: IntArray, vertices: IntArray) -> MeshError:
     """Describe edges that have more than two faces, or two faces of opposite orientation."""
     edge, many, same_way = find_nonmanifold_edges(F.T, edges)
     crowded, turned = np.flatnonzero(many), np.flatnonzero(same_way)
@@ -293,7 +293,7 @@ def check_planar(topology: Topology, vertices: IntArray) -> None:
     if topology.is_planar:
         return
     loops, chi, genus, F = topology.loops, topology.characteristic, topology.genus, topology.corner.T
-    label = vertex_components(F, topology.n)
+    label = label_vertex_components(F, topology.n)
     first = vertices[np.unique(label, return_index=True)[1]]
     if len(first) > 1:
         raise MeshError(

@@ -78,7 +78,7 @@ def _triangulate_by_fans(points: FloatArray) -> tuple[IntArray, IntArray]:
 def _minimize_cost(points: FloatArray, taken: BoolArray | None) -> IntArray:
     """Find the triangulations of least cost by dynamic programming over runs of corners i .. j."""
     n, k, _ = points.shape
-    points, normal = _normalize(points)
+    points, normal = _normalize_polygons(points)
     length = ((points[:, :, None] - points[:, None]) ** 2).sum(axis=-1)
     turn = np.cross(points[:, :, None], points[:, None])
     area = np.einsum("pijx,px->pij", turn, normal)  # signed area of the triangle 0, i, j; antisymmetric
@@ -113,7 +113,7 @@ def _minimize_cost(points: FloatArray, taken: BoolArray | None) -> IntArray:
     return made
 
 
-def _normalize(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _normalize_polygons(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Center the polygons, scale them to size one, and compute their unit normals by Newell's method."""
     points = np.where(np.isfinite(points), points, 0.0)
     far = np.abs(points).max(axis=(1, 2), keepdims=True)
@@ -128,21 +128,21 @@ def _normalize(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _clip_ears(polygon: FloatArray) -> IntArray:
     """Triangulate a polygon by clipping ears, the best-shaped ear first."""
-    (points,), (normal,) = _normalize(polygon[None])
+    (points,), (normal,) = _normalize_polygons(polygon[None])
     across = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     flat = np.column_stack((points @ across, points @ np.cross(normal, across)))
     k = len(flat)
     before, after = np.roll(np.arange(k), 1), np.roll(np.arange(k), -1)
     remaining, cost, blocked = np.ones(k, dtype=bool), np.empty(k), np.zeros(k, dtype=bool)
 
-    def rate(i: int | IntArray) -> None:
+    def rate_ears(i: int | IntArray) -> None:
         a, b, c = flat[before[i]], flat[i], flat[after[i]]
-        double = _double_area(a, b, c)
+        double = _compute_double_area(a, b, c)
         sides = ((b - a) ** 2).sum(-1) + ((c - b) ** 2).sum(-1) + ((a - c) ** 2).sum(-1)
         shape = np.minimum(sides / np.maximum(double, 1e-300), COST_WITHOUT_AREA)
         cost[i] = np.where(double < -NEGLIGIBLE_POLYGON_AREA, COST_OF_TURNED_TRIANGLE * (1 - double), shape)
 
-    rate(np.arange(k))
+    rate_ears(np.arange(k))
     made = np.empty((k - 2, 3), dtype=np.int64)
     for t in range(k - 2):
         while True:
@@ -156,8 +156,8 @@ def _clip_ears(polygon: FloatArray) -> IntArray:
         i, j = before[ear], after[ear]
         made[t] = i, ear, j
         remaining[ear], after[i], before[j] = False, j, i
-        rate(i)
-        rate(j)
+        rate_ears(i)
+        rate_ears(j)
         blocked[:] = False
     return made
 
@@ -165,14 +165,14 @@ def _clip_ears(polygon: FloatArray) -> IntArray:
 def _contains_corner(flat: FloatArray, i: int, ear: int, j: int, remaining: BoolArray) -> bool:
     """Return True if a remaining corner lies in an ear, or on the side where the ear is cut off."""
     a, b, c = flat[i], flat[ear], flat[j]
-    inside = remaining & (_double_area(a, b, flat) > 0) & (_double_area(b, c, flat) > 0)
-    inside &= _double_area(c, a, flat) >= 0
+    inside = remaining & (_compute_double_area(a, b, flat) > 0) & (_compute_double_area(b, c, flat) > 0)
+    inside &= _compute_double_area(c, a, flat) >= 0
     inside[[i, ear, j]] = False
     places = np.flatnonzero(inside)
     return bool(((flat[places] != a).any(axis=1) & (flat[places] != c).any(axis=1)).any())
 
 
-def _double_area(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+def _compute_double_area(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     return np.asarray(
         (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1]) - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
     )

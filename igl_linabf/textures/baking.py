@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..charts import UDIM_ROW, page_size
+from ..charts import UDIM_ROW, parse_page_size
 from ..errors import MemoryLimitError, MeshError, format_count, is_number
 from ..linalg import available_memory, format_gigabytes, has_free_memory
 from .coordinates import Coordinates, MappedTriangles
@@ -93,7 +93,7 @@ def bake(
     >>> bake(V, F[1:], uv, V, 64).shape, bake(V, F, (atlas.TC, atlas.FTC), V, 64).shape
     ((64, 64, 3), (64, 64, 3))
     """
-    size = page_size(resolution)
+    size = parse_page_size(resolution)
     padding = check_padding(padding)
     mapped = MappedTriangles.from_mesh(V, F, atlas)
     at_corners, function = _get_corner_values(values, mapped)
@@ -176,7 +176,7 @@ def paint_page(
     """
     width, height = size
     image, is_known = np.empty((0, 0)), np.zeros((height, width), dtype=bool)
-    for shown in _rasterise(page, size):
+    for shown in _iterate_bilinear_texels(page, size):
         if len(shown.index) or not image.size:
             values, index = values_at(shown)
             if not image.size:
@@ -248,7 +248,7 @@ def _call_function(function: Callable[[FloatArray], ArrayLike], points: FloatArr
     return made.reshape(len(made), -1)
 
 
-def _rasterise(page: Page, size: Size) -> Iterator[Texels]:
+def _iterate_bilinear_texels(page: Page, size: Size) -> Iterator[Texels]:
     """Yield, in strips, the texels whose centres are in triangles or that a bilinear lookup may use."""
     F, triangles = page.F, page.triangles
     tail, head = F, F[:, [1, 2, 0]]

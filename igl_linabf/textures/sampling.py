@@ -45,11 +45,11 @@ class Picture:
 
     def find_pages(self, uv: FloatArray) -> IntArray:
         """Return the page of texture coordinates (n, 2), (n,); -1 outside the ten columns of UDIM tiles."""
-        column, row = np.floor(self._transform(uv))
+        column, row = np.floor(self._map_to_image(uv))
         inside = (column >= 0) & (column < UDIM_ROW) & (row >= 0)
         return np.where(inside, column + UDIM_ROW * row, -1).astype(np.int64)
 
-    def _transform(self, uv: FloatArray) -> FloatArray:
+    def _map_to_image(self, uv: FloatArray) -> FloatArray:
         """Return the coordinates in the image, (2, n), of texture coordinates (n, 2)."""
         return np.asarray(np.array(self.matrix) @ np.vstack((uv.T, np.ones(len(uv)))))
 
@@ -59,7 +59,7 @@ class Picture:
         With the attribute `nearest`, return the values of the nearest pixels instead.
         """
         rows, columns = self.pixels.shape[:2]
-        u, v = self._transform(uv)
+        u, v = self._map_to_image(uv)
         x, y = u * columns - 0.5, (1 - v) * rows - 0.5
         if self.nearest:
             i = _wrap_indices(np.floor(y + 0.5), rows, self.wrap[1])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..charts import FIRST_UDIM_TILE, page_size
+from ..charts import FIRST_UDIM_TILE, parse_page_size
 from ..errors import MeshError, first_few, format_count
 from ..surface import Polygons, normalize_vectors, vertex_array
 from .baking import check_image_memory, check_padding, list_pages, paint_page
@@ -94,7 +94,7 @@ def bake_texture(
     >>> bool(np.median(abs(moved - there)[there > 0]) < 0.01)
     True
     """
-    size, padding = page_size(resolution), check_padding(padding)
+    size, padding = parse_page_size(resolution), check_padding(padding)
     mapped = MappedTriangles.from_mesh(V, F, atlas)
     uv, is_bare = _get_old_coordinates(F, TC, FTC, mapped)
     pictures = _convert_images(images)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .._notebook import arrange_html_row, draw_map_as_svg, format_html_table
 from .._runtime import align_columns
 from .._types import FloatArray, IntArray
-from ..charts import page_size, texture_seams
+from ..charts import parse_page_size, texture_seams
 from ..errors import MeshError, first_few, format_count, is_number, takes_vertices_and_faces
 from ..measures import Quality, format_pair_count, measure_quality
 from ..surface import Submesh, merge_coincident
@@ -335,7 +335,7 @@ def check_uv(
     >>> check_uv(V, F, TC).troubles[0][:39]
     '1 pair of triangles overlap by accident'
     """
-    width, height = page_size(resolution)
+    width, height = parse_page_size(resolution)
     limits = {"max_stretch": max_stretch, "max_spread": max_spread, "min_margin": min_margin}
     for name, value in limits.items():
         if value is not None and not is_number(value, 0):

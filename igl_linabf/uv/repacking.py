@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..charts import Packing, find_unseen_charts, pack_charts, page_size, resolve_packing
+from ..charts import Packing, find_unseen_charts, pack_charts, parse_page_size, resolve_packing
 from ..errors import MeshError, MeshWarning, first_few, format_count, stack_level
 from ..surface import complex_positions, real_coordinates, vertex_array
 from .uv_charts import UVCharts
@@ -144,7 +144,7 @@ def pack(
         raise ValueError(f"scale is {scale!r}: use one of {', '.join(map(repr, SCALES))}")
     charts = UVCharts.from_arrays(V, F, TC, FTC, labels)
     packing = resolve_packing(packing)
-    width, height = page_size(packing.resolution or 1)
+    width, height = parse_page_size(packing.resolution or 1)
     aspect = height / width
     flat = np.bincount(charts.chart_of_triangle, np.abs(charts.double_area) / 2, charts.n_charts) * aspect
     area = np.bincount(charts.chart_of_triangle, charts.area_in_space, charts.n_charts)

@@ -122,7 +122,7 @@ class UVCharts:
         return cls(split, rows, unmapped, own, uv, faces[solid], *aside, image[split.face[rows]], images)
 
     @cached_property
-    def _sides(self) -> tuple[IntArray, IntArray]:
+    def _triangles_and_shared_sides(self) -> tuple[IntArray, IntArray]:
         """Triangles, including those without area in space, and pairs of their sides that share an edge.
 
         An edge is shared if its ends agree in space and in the map. Side 3 t + k begins at corner k.
@@ -141,7 +141,7 @@ class UVCharts:
         The faces of a mesh may be oriented at random. Therefore, a triangle of the map is called flipped
         only if its orientation differs from that of its neighbours.
         """
-        F, links = self._sides
+        F, links = self._triangles_and_shared_sides
         number = np.bincount(links.ravel(), minlength=3 * len(F))
         of_two = (number[links] == 1).all(axis=1)  # ignore edges with more than two triangles
         return orient_faces(F, links[of_two])[0][: len(self.F)]
@@ -159,13 +159,13 @@ class UVCharts:
         return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
 
     @cached_property
-    def _adjacent(self) -> IntArray:
+    def _adjacent_triangles(self) -> IntArray:
         """Pairs of triangles that share an edge in space, in the map and in the image.
 
         Two triangles also count as adjacent if only triangles without area in space, such as caps at
         T-junctions, separate them.
         """
-        F, links = self._sides
+        F, links = self._triangles_and_shared_sides
         n, pairs = len(self.F), np.sort(links // 3, axis=1)
         solid, between = pairs[pairs[:, 1] < n], pairs[pairs[:, 0] >= n]
         first, cap = pairs[(pairs[:, 0] < n) & (pairs[:, 1] >= n)].T
@@ -182,17 +182,19 @@ class UVCharts:
         If the map folds over along edges, for example between two halves that share their texture, the parts
         on the two sides of the fold are different charts.
         """
-        islands = _renumber(connected_labels(self._adjacent, len(self.F)))
+        islands = _renumber(connected_labels(self._adjacent_triangles, len(self.F)))
         sign = self.double_area > 0
-        one, other = self._adjacent.T
-        parts = _renumber(connected_labels(self._adjacent[sign[one] == sign[other]], len(self.F)))
+        one, other = self._adjacent_triangles.T
+        parts = _renumber(connected_labels(self._adjacent_triangles[sign[one] == sign[other]], len(self.F)))
         share = (
             np.bincount(parts, self.area_in_space)
             / np.bincount(islands, self.area_in_space)[get_first_of_each_label(islands, parts)]
         )
         # large reversed parts are mirrored charts; the triangles of small reversed parts are flipped
         large = share >= LEAST_MIRRORED_SHARE
-        joined = self._adjacent[(parts[one] == parts[other]) | ~(large[parts[one]] & large[parts[other]])]
+        joined = self._adjacent_triangles[
+            (parts[one] == parts[other]) | ~(large[parts[one]] & large[parts[other]])
+        ]
         return _renumber(connected_labels(joined, len(self.F)))
 
     @cached_property
@@ -283,7 +285,7 @@ class UVCharts:
         Only the given charts are compared. If there are more pairs than `limit`, the list is incomplete, and
         no charts are stacked.
         """
-        z = self._scaled
+        z = self._scaled_map
         is_compared = np.zeros(self.n_charts, dtype=bool)
         is_compared[charts] = True
         rows = np.flatnonzero(is_compared[self.chart_of_triangle])
@@ -302,14 +304,14 @@ class UVCharts:
         return pairs[kept], _stack_on_first(one[on_purpose], other[on_purpose], self.n_charts)[charts]
 
     @cached_property
-    def _scaled(self) -> ComplexArray:
+    def _scaled_map(self) -> ComplexArray:
         """The map, scaled such that products of coordinates cannot overflow."""
         return complex_positions(scale_to_unit_size(self.uv))
 
     @cached_property
     def _scaled_area(self) -> FloatArray:
         """The area of each chart in the scaled map."""
-        area = np.abs(signed_double_areas(self._scaled, np.ascontiguousarray(self.F.T))) / 2
+        area = np.abs(signed_double_areas(self._scaled_map, np.ascontiguousarray(self.F.T))) / 2
         return np.asarray(np.bincount(self.chart_of_triangle, area, self.n_charts))
 
     @cached_property

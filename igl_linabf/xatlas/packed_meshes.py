@@ -14,8 +14,8 @@ from ..charts import Atlas as UnwrappedMesh
 from ..errors import MeshWarning
 from ..surface import (
     complex_positions,
-    face_components,
     has_distinct_corners,
+    label_face_components,
     merge_coincident,
     real_coordinates,
     signed_double_areas,
@@ -160,7 +160,7 @@ def _divide_into_charts(mesh: GivenMesh) -> PackedMesh:
     layer = np.unique(material, return_inverse=True)[1].ravel()
     point = merge_coincident(mesh.V, np.unique(mesh.F))[mesh.F] + n * layer[:, None]
     used, point = np.unique(point, return_inverse=True)
-    label = face_components(point.reshape(mesh.F.shape), len(used))
+    label = label_face_components(point.reshape(mesh.F.shape), len(used))
     area = signed_double_areas(complex_positions(mesh.V), np.ascontiguousarray(mesh.F.T))
     size = np.zeros(label.max() + 1)
     np.maximum.at(size, label, np.abs(mesh.V[mesh.F]).max(axis=(1, 2)))

@@ -40,7 +40,7 @@ from igl_linabf.charts import charting, options
 from igl_linabf.charts.atlas.pieces import restrict_flattening, restrict_uv
 from igl_linabf.flattening import Outcome
 from igl_linabf.io import read_mesh, read_texture
-from igl_linabf.surface import Submesh, arrays, face_components
+from igl_linabf.surface import Submesh, arrays, label_face_components
 
 ROOMY = Packing(resolution=2048, texel_density=1)  # pages that fit all charts uncut
 
@@ -82,7 +82,7 @@ def test_atlases_have_no_flips_no_overlaps_and_few_charts(name: str) -> None:
     is_hard = (
         atlas.quality.stretch_l2 < 1.01
     )  # nearly without distortion, a surface of planes and cylinders has more charts
-    most = (8 if is_hard else 3) * (face_components(F, len(V)).max() + 1)
+    most = (8 if is_hard else 3) * (label_face_components(F, len(V)).max() + 1)
     if len(atlas.charts) > most:  # cut for a page that would be less than half full
         uncut = unwrap(V, F, packing=ROOMY)
         assert len(uncut.charts) <= most

@@ -15,7 +15,7 @@ from scipy.spatial import Delaunay
 import igl_linabf
 from igl_linabf import ABF, LinABF, MeshError, abf, compare, flatten, flatten_many, linabf, quality
 from igl_linabf.flattening import Outcome
-from igl_linabf.surface import Submesh, face_components, find_chords, planar_mesh, split_chords
+from igl_linabf.surface import Submesh, find_chords, label_face_components, planar_mesh, split_chords
 
 Surface = tuple[np.ndarray, np.ndarray]
 SHAPES = ("circle", "rectangle")
@@ -189,7 +189,7 @@ def test_ragged_disks_are_mapped_to_a_circle_or_the_message_names_a_remedy() -> 
         F = F[np.abs(np.sin(3 * at[:, 0] + rng.uniform(0, 6)) + at[:, 1]) < rng.uniform(0.5, 2)]
         if len(F) < 4:
             continue
-        label = face_components(F, len(V))
+        label = label_face_components(F, len(V))
         V, F, *_ = igl.remove_unreferenced(V, F[label == np.bincount(label).argmax()])
         try:
             result = flatten(V, F, boundary="circle")

@@ -11,7 +11,7 @@ from hostile_meshes import find_flipped_exactly
 
 from igl_linabf import FallbackWarning, LinABF, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.angles import build_constraints
-from igl_linabf.angles.full_system import right_hand_sides
+from igl_linabf.angles.full_system import compute_right_hand_sides
 from igl_linabf.flattening import METHODS, MethodOptions, Outcome, Residuals, find_far_pins, linabf_angles
 from igl_linabf.surface import planar_mesh
 
@@ -80,7 +80,7 @@ def test_reported_residuals_are_those_of_the_returned_angles(name: str) -> None:
     V, F = load(name)
     result = flatten(V, F, method=LinABF(iterations=1))
     constraints = build_constraints(planar_mesh(V, F).topology)
-    at_vertices, triangle = right_hand_sides(constraints, result.angles.T)
+    at_vertices, triangle = compute_right_hand_sides(constraints, result.angles.T)
     vertex, wheel = np.abs(at_vertices).reshape(-1, 2).max(axis=0)
     expected = Residuals(vertex=vertex, triangle=np.abs(triangle).max(), wheel=wheel)
     assert astuple(result.after) == pytest.approx(astuple(expected), rel=1e-6, abs=1e-13)

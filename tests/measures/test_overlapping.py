@@ -11,7 +11,7 @@ from conftest import DISKS, load, tree_cut
 from igl_linabf import MeshError, MeshWarning, cut, flatten, quality
 from igl_linabf.charts import find_separating_seams, make_bijective
 from igl_linabf.measures import overlapping, overlaps
-from igl_linabf.surface import face_components
+from igl_linabf.surface import label_face_components
 
 
 def strip(turns: float = 2.4, n: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -37,7 +37,7 @@ def find_overlaps_by_clipping(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
 def split_into_charts(V: np.ndarray, F: np.ndarray, seams: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return the charts into which seams divide a surface."""
     V, F, _ = cut(V, F, seams)
-    chart = face_components(F, len(V))
+    chart = label_face_components(F, len(V))
     return [igl.remove_unreferenced(V, F[chart == i])[:2] for i in range(chart.max() + 1)]
 
 
@@ -166,7 +166,7 @@ def two_sheets() -> tuple[np.ndarray, np.ndarray]:
 def test_two_sheets_through_each_other_overlap_although_their_loops_do_not_cross() -> None:
     uv, F = two_sheets()
     assert (igl.doublearea(uv, F) > 0).all()
-    assert face_components(F, len(uv)).max() == 0
+    assert label_face_components(F, len(uv)).max() == 0
     used = np.unique(F)
     assert len(used) == 49 + 25 - 2
     pairs = overlaps(uv, F)

@@ -129,7 +129,7 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
             break
         fresh = conformal is None
         if conformal is None:
-            conformal = _conformal_system(state)
+            conformal = _linearise_in_conformal_metric(state)
         if conformal is None:
             break
         made = _correct_once(state, conformal)
@@ -144,7 +144,7 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
 
 
 def _correct_once(state: State, conformal: Linearisation) -> State:
-    """Return the state after one correction with the system of `_conformal_system`."""
+    """Return the state after one correction with the system of `_linearise_in_conformal_metric`."""
     assert conformal.precondition is not None
     b, holonomy = conformal.problem.constraints.predict_residual(state.at.residual), conformal.holonomy
     rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # the triangle residuals are 0
@@ -157,7 +157,7 @@ def _correct_once(state: State, conformal: Linearisation) -> State:
     return state.take_step(direction, "conformal")
 
 
-def _conformal_system(state: State) -> Linearisation | None:
+def _linearise_in_conformal_metric(state: State) -> Linearisation | None:
     """Linearise the constraints at the current angles, with the inverse in the conformal metric.
 
     Return None if the Laplacian is singular, or if the last system was not preconditioned by a Laplacian.

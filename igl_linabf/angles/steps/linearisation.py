@@ -29,8 +29,8 @@ from ..system import (
     Slivers,
     Symmetric,
     System,
-    correct_at_slivers,
     factor_laplacians,
+    make_sliver_preconditioner,
     solve_pairs,
 )
 from .iterates import AngleProblem, Iterate, Kind, Step
@@ -235,7 +235,7 @@ def _add_preconditioner(lin: Linearisation) -> Linearisation:
                 lin.system, inverse.solve, lin.S, columns
             )
         slivers = lin.slivers or Slivers.find(lin.system, lin.S, solvers)
-        precondition = correct_at_slivers(precondition, slivers, lin.S, lin.holonomy)
+        precondition = make_sliver_preconditioner(precondition, slivers, lin.S, lin.holonomy)
     return replace(
         lin,
         laplacian=laplacian,
@@ -255,7 +255,9 @@ def _add_factor(lin: Linearisation, at: Iterate) -> Linearisation:
         with time_stage("factor"):
             whole = analysis.factor(lin.S.blocks_for_factorisation())
     except NotPositiveDefiniteError as error:
-        raise _singular_system_error(lin.problem, at, lin.problem.constraints.row == error.row // 2) from None
+        raise _make_singular_system_error(
+            lin.problem, at, lin.problem.constraints.row == error.row // 2
+        ) from None
     return replace(lin, whole=whole, solver_name=f"direct, {whole.name}")
 
 
@@ -269,7 +271,9 @@ def _fall_back_to_factor(lin: Linearisation, at: Iterate, reason: str) -> Linear
     return replace(lin, solver_name=f"{lin.solver_name}, after {reason}")
 
 
-def _singular_system_error(problem: AngleProblem, at: Iterate, vertices: BoolArray) -> SingularSystemError:
+def _make_singular_system_error(
+    problem: AngleProblem, at: Iterate, vertices: BoolArray
+) -> SingularSystemError:
     """Return the error for a system that is singular at some vertices in double precision."""
     faces = np.flatnonzero(vertices[problem.constraints.topology.corner].any(axis=0))
     thin = faces[np.argsort(at.alpha[:, faces].min(axis=0), kind="stable")]
@@ -387,7 +391,7 @@ def _solve_for_multipliers(
         try:
             by_factor = lin.holonomy.make_solver(lin.whole.solve)
         except NotPositiveDefiniteError:
-            raise _singular_system_error(lin.problem, at, lin.holonomy.rows.vertex_mask) from None
+            raise _make_singular_system_error(lin.problem, at, lin.holonomy.rows.vertex_mask) from None
     return make_exact_direction(none, by_factor(rhs), lin)
 
 

@@ -101,7 +101,7 @@ def _take_anchored_steps(state: State, tol: float, *, bounded: bool = False) -> 
         except SingularSystemError:
             break  # the system is too ill-conditioned for double precision; feasible steps avoid such angles
         e = np.where(held, 0.0, raw.e) if bounded else raw.e
-        change = _largest_change(e, state)
+        change = _find_largest_change(e, state)
         state, now = state.take_step(raw, kind), held
         if bounded:
             state = _move_into_bounds(state)
@@ -187,9 +187,9 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
     scale, value, gain = 1.0, measure_objective(state), np.inf
     for _ in range(2 * MAX_ANCHORED_STEPS):
         last = gain
-        direction, inner_steps, held = _feasible_direction(state, x, held)
+        direction, inner_steps, held = _find_feasible_direction(state, x, held)
         state, x = replace(state, lin=direction.lin), direction.x
-        change = _largest_change(np.where(held, 0.0, direction.e), state)
+        change = _find_largest_change(np.where(held, 0.0, direction.e), state)
         if change <= tol and state.at.residual.max_magnitude <= tol:
             return AbfResult(state.without_factors(), True, held)
         state, scale = _line_search(state, direction.e, inner_steps, held, min(1.0, 2 * scale))
@@ -211,12 +211,12 @@ def _compute_gradient(state: State) -> FloatArray:
     return np.asarray((state.at.alpha - anchor) / anchor**2)
 
 
-def _largest_change(e: FloatArray, state: State) -> float:
+def _find_largest_change(e: FloatArray, state: State) -> float:
     """Return the largest |e / alpha|: the relative change of an angle if `e` is added to the angles."""
     return float(np.abs(e / state.at.alpha).max())
 
 
-def _feasible_direction(
+def _find_feasible_direction(
     state: State, x: FloatArray | None, held: BoolArray
 ) -> tuple[Direction, int, BoolArray]:
     """Compute a descent direction of the objective at feasible angles.

@@ -17,6 +17,6 @@ from .constraints import (
 )
 from .holonomy import HolonomyConstraints, HolonomyRows
 from .patterns import Pattern, Symmetric, replace_rows_by_identity, solve_pairs
-from .preconditioner import LARGE_SYSTEM, Slivers, correct_at_slivers, factor_laplacians
+from .preconditioner import LARGE_SYSTEM, Slivers, factor_laplacians, make_sliver_preconditioner
 from .reduced_system import System
 from .schur_columns import SchurColumns

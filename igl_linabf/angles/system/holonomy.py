@@ -260,7 +260,7 @@ class HolonomyConstraints:
                 return self._make_bordered_solver(inner, columns, columns.schur), columns
             except NotPositiveDefiniteError:
                 pass  # the approximation fails if the inverse is inexact or the scales s_t differ too much
-        mixed = columns.transposed_times_border(self.B)
+        mixed = columns.multiply_transposed_by_border(self.B)
         return self._make_bordered_solver(
             inner, columns, self.D - mixed - mixed.T + columns.galerkin_product(S)
         ), columns
@@ -280,9 +280,9 @@ class HolonomyConstraints:
         except scipy.linalg.LinAlgError:
             raise NotPositiveDefiniteError(self._n - 1) from None
 
-        def solve(r: FloatArray) -> FloatArray:
+        def solve_bordered(r: FloatArray) -> FloatArray:
             x = inner(r[: self._n, None])[:, 0]
             y = scipy.linalg.cho_solve(factor, r[self._n :] - columns.multiply_transposed(r[: self._n]))
             return np.concatenate((x - columns.multiply(y), y))
 
-        return solve
+        return solve_bordered

@@ -27,7 +27,7 @@ class Symmetric:
     blocks: tuple[IntArray, IntArray, FloatArray]
 
     @property
-    def size(self) -> int:
+    def n_rows(self) -> int:
         """Number of rows of the matrix."""
         return 2 * len(self.blocks[0]) - 2
 
@@ -47,7 +47,7 @@ class Symmetric:
         """Return the matrix as a sparse array with both triangles."""
         indptr, indices, block = self.blocks
         upper = sparse.bsr_array(
-            (block.reshape(-1, 2, 2), indices, indptr), shape=(self.size, self.size)
+            (block.reshape(-1, 2, 2), indices, indptr), shape=(self.n_rows, self.n_rows)
         ).tocsr()
         return (upper + upper.T).tocsr()
 
@@ -136,7 +136,7 @@ class Pattern:
         made.data = _core.laplacian_entries(self.indptr, self.slot, self.edge_rows, weight)
         return made
 
-    def fixed_vertex_terms(self, weight: FloatArray, z: Array) -> FloatArray:
+    def sum_fixed_vertex_terms(self, weight: FloatArray, z: Array) -> FloatArray:
         """Return the contribution of fixed vertices to L x, (n, 2): the sum of weight z over edges to them.
 
         z contains the complex positions of the fixed vertices, and zeros for free vertices.

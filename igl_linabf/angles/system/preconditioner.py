@@ -78,7 +78,7 @@ class Slivers:
         return cls(subset, solvers.analyse(subset.indptr, subset.indices, 2))
 
 
-def correct_at_slivers(
+def make_sliver_preconditioner(
     conformal: Solve, slivers: Slivers, S: Symmetric, holonomy: HolonomyConstraints | None
 ) -> Solve:
     """Return a preconditioner that applies S^-1 on the rows of slivers before and after `conformal`.
@@ -92,10 +92,10 @@ def correct_at_slivers(
         slivers.rows.pairs,
     )  # also columns of S, which is symmetric
     local = slivers.analysis.factor(blocks.blocks_for_factorisation()).solve
-    index, n = (2 * pairs[:, None] + np.arange(2)).ravel(), S.size
+    index, n = (2 * pairs[:, None] + np.arange(2)).ravel(), S.n_rows
     border = None if holonomy is None else holonomy.B.select_rows(index)
 
-    def apply(r: FloatArray) -> FloatArray:
+    def apply_with_slivers(r: FloatArray) -> FloatArray:
         first = local(r[index])
         left = blocks.subtract_transposed(r, first)
         if border is not None:
@@ -108,4 +108,4 @@ def correct_at_slivers(
         z[index] += local(rest)
         return z
 
-    return apply
+    return apply_with_slivers

@@ -104,9 +104,9 @@ class SchurColumns:
         """Multiply the transposed Schur columns C^T by r."""
         return np.asarray(self.columns @ r)
 
-    def transposed_times_border(self, B: Border) -> FloatArray:
+    def multiply_transposed_by_border(self, B: Border) -> FloatArray:
         """Multiply the transposed Schur columns C^T by the border B."""
-        return _times_border(self.columns, B)
+        return _multiply_by_border(self.columns, B)
 
     def galerkin_product(self, S: Symmetric) -> FloatArray:
         """Return the Galerkin product C^T S C of the reduced matrix S and the Schur columns C."""
@@ -122,9 +122,9 @@ def solve_for_columns(
 ) -> SchurColumns:
     """Return the Schur columns A^-1 B of a border B, given a solver `inner` of A; both have 2 n rows."""
     columns = np.ascontiguousarray(inner(B.to_dense(n)).T)
-    return SchurColumns(columns, drawn, D - _times_border(columns, B))
+    return SchurColumns(columns, drawn, D - _multiply_by_border(columns, B))
 
 
-def _times_border(columns: FloatArray, B: Border) -> FloatArray:
+def _multiply_by_border(columns: FloatArray, B: Border) -> FloatArray:
     """Return C^T B for the columns of C, (size, 2 #rows)."""
     return np.asarray((B.transposed @ columns[:, B.row_indices].T).T)

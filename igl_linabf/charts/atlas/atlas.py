@@ -315,7 +315,7 @@ class Atlas:
         return [filled, str(self.cost), *matching, *map(str, self.report.repairs)]
 
     def _make_table_rows(self) -> list[tuple[str, ...]]:
-        def row(name: str, faces: int, of: Quality, overlapping: int, *rest: str) -> tuple[str, ...]:
+        def make_row(name: str, faces: int, of: Quality, overlapping: int, *rest: str) -> tuple[str, ...]:
             figures = (f"{of.angle_distortion:.4g}", f"{of.stretch_l2:.4g}", str(of.flips))
             return (name, f"{faces:,}", *figures, format_pair_count(overlapping), *rest)
 
@@ -324,9 +324,11 @@ class Atlas:
         ]
         for i, chart in enumerate(self.charts):
             ended = (str(len(chart.result.holes)), chart.result.outcome.value)
-            rows.append(row(str(i), len(np.unique(chart.faces)), chart.quality, chart.overlapping, *ended))
+            rows.append(
+                make_row(str(i), len(np.unique(chart.faces)), chart.quality, chart.overlapping, *ended)
+            )
         overlapping = sum(chart.overlapping for chart in self.charts)
-        rows.append(row("all", len(self.FTC), self.quality, overlapping, "", ""))
+        rows.append(make_row("all", len(self.FTC), self.quality, overlapping, "", ""))
         return rows
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..._types import BoolArray, IntArray
 from ...measures import Quality, QualityReport
-from ...surface import Cleaned, multiply_by_power_of_two, seam_mask
+from ...surface import Cleaned, make_seam_mask, multiply_by_power_of_two
 from .atlas import Atlas, AtlasReport
 
 NO_QUALITY = Quality(  # quality of an empty mesh
@@ -18,7 +18,7 @@ def map_sides_to_cleaned(mask: BoolArray, cleaned: Cleaned) -> BoolArray:
     """Convert a mask, (#F, 3), of the sides k to k + 1 of the original faces to the repaired faces."""
     mask = mask[cleaned.faces]
     mask = np.where(cleaned.turned[:, None], mask[:, ::-1], mask)
-    return seam_mask(mask, cleaned.F, len(cleaned.V))  # marks both sides of an edge that was welded
+    return make_seam_mask(mask, cleaned.F, len(cleaned.V))  # marks both sides of an edge that was welded
 
 
 def convert_to_given_mesh(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..._types import BoolArray
 from ...errors import MeshError, first_few
-from ...surface import Cleaned, Polygons, Repair, Submesh, Triangles, seam_mask, vertex_array
+from ...surface import Cleaned, Polygons, Repair, Submesh, Triangles, make_seam_mask, vertex_array
 from .atlas import Atlas
 
 
@@ -63,7 +63,7 @@ def convert_seams_to_triangles(seams: ArrayLike, split: Triangles, n: int) -> Bo
             )
         # sides between repeated corners are not sides of any triangle: their marks are dropped
         return np.asarray(array.ravel()[split.place] & ~split.inner)
-    mask = seam_mask(array, split.F, n)
+    mask = make_seam_mask(array, split.F, n)
     pairs = np.sort(array.reshape(-1, 2).astype(np.int64), axis=1)
     ends = np.sort(np.column_stack((polygons.corners, polygons.corners[polygons.next_corner])), axis=1)
     bad = np.flatnonzero(~np.isin(pairs @ [n, 1], ends @ [n, 1]))

@@ -132,10 +132,10 @@ def _find_seam_sides(polygons: Polygons, a: IntArray, s: IntArray, turns: IntArr
     proper = np.bincount(polygons.polygon_of_corner[a != b], minlength=len(polygons)) > 2
     rows = np.flatnonzero((a != b) & proper[polygons.polygon_of_corner])
 
-    def group(columns: int) -> IntArray:
+    def number_equal_rows(columns: int) -> IntArray:
         return np.unique(side[rows, :columns], axis=0, return_inverse=True)[1].ravel()
 
-    edge, own = group(2), group(4)
+    edge, own = number_equal_rows(2), number_equal_rows(4)
     of_edge, of_own = (np.bincount(which)[which] for which in (edge, own))
     on_my_side = np.bincount(3 * own + beyond[rows] + 1, minlength=3 * len(rows))[3 * own + beyond[rows] + 1]
     joined = of_own > np.where(beyond[rows] == 0, 1, on_my_side)

@@ -205,7 +205,7 @@ def _flatten_component(
     mesh = replace(build_planar_mesh(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
     paths, angles = place.closed_paths, chosen.sums
 
-    def quarters(holonomy: HolonomyAngles) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+    def choose_quarter_angles(holonomy: HolonomyAngles) -> tuple[FloatArray, FloatArray, FloatArray | None]:
         nonlocal angles
         if chosen.quarters is None:
             whole = quantise_holonomy(holonomy.angle[None] / QUARTER_TURN, holonomy.cost)[0]
@@ -216,7 +216,7 @@ def _flatten_component(
         return angles, whole * QUARTER_TURN, chosen.quarters.scale.compute_log_scale(curvature)[piece.node]
 
     checked = perf_counter() - start
-    prescribed = PrescribedHolonomy(chosen.own, quarters) if quarter and paths else None
+    prescribed = PrescribedHolonomy(chosen.own, choose_quarter_angles) if quarter and paths else None
     try:
         made = flatten_with_cones(
             mesh,

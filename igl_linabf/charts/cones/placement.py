@@ -261,7 +261,7 @@ def _find_next_cones(place: ConeComponent, scale: ConeScale, most: int) -> IntAr
     alone = len(scale.nodes) < place.n_single_cones or scale.expected_stretch < TOLERABLE_STRETCH
     if alone and not strained:
         return np.array([np.argmax(far)])
-    away, _, source = place.closed_surface.graph.shortest_paths(scale.nodes)
+    away, _, source = place.closed_surface.graph.find_shortest_paths(scale.nodes)
     if alone:
         near = np.where(source == scale.nodes[np.argmax(strain)], far, 0.0)
         return np.array([np.argmax(near if near.any() else far)])

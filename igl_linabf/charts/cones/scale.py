@@ -98,12 +98,12 @@ class ConeScale:
             return None
         free = zero.mask_free_nodes(_find_ground_nodes(piece, self.first))
 
-        def solve(b: FloatArray) -> FloatArray:
+        def solve_without_ground(b: FloatArray) -> FloatArray:
             every = np.zeros((len(free), *b.shape[1:]))
             every[free] = b
             return np.asarray(self.factor.solve(every)[free])
 
-        return replace(self.factor, solve=solve)
+        return replace(self.factor, solve=solve_without_ground)
 
     @cached_property
     def cone_curvatures(self) -> FloatArray:

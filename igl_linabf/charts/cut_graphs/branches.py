@@ -129,7 +129,7 @@ def _move_branch_point(
             sets, avoid = [np.flatnonzero(label == group) for group in groups], None
         else:
             sets, avoid = [np.array([tip]) for tip in tips], graph.ends[rest].ravel()
-        centre, ways = graph.steiner_tree((sets[0], sets[1], sets[2]), avoid, length)
+        centre, ways = graph.find_steiner_tree((sets[0], sets[1], sets[2]), avoid, length)
         moved = graph.unite_seams(rest, ways)
         shorter = graph.measure_length(moved) < graph.measure_length(seam) * STRICTLY_SHORTER
         if centre >= 0 and shorter and graph.find_seam_topology(moved) == kept and cost(moved) < cost(seam):

@@ -111,7 +111,7 @@ class Contraction:
         graph, lifted = self.fine.graph, self.lift_along_trees(seam)
         mean = float(self.forest.distance.sum()) / max(graph.n - self.coarse.graph.n, 1)
         width = CORRIDOR_WIDTH * mean
-        near = np.isfinite(graph.shortest_paths(graph.boundary_nodes(lifted), limit=width)[0])
+        near = np.isfinite(graph.find_shortest_paths(graph.find_boundary_nodes(lifted), limit=width)[0])
         return pull_tight(self.fine, lifted, self.roots[kept], near, 2 * width)
 
 
@@ -168,7 +168,7 @@ def build_shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:
     matrix = graph.adjacency[0]
     is_root = choose_distant_nodes(matrix.indptr, matrix.indices, order, hops, excluded)
     is_root[holes] = False
-    distance, before, root = graph.shortest_paths(np.flatnonzero(is_root), holes)
+    distance, before, root = graph.find_shortest_paths(np.flatnonzero(is_root), holes)
     distance[holes], before[holes], root[holes] = 0, -1, holes
     return Forest(root, before, distance)
 

@@ -67,12 +67,12 @@ class SurfaceGraph:
         upper = row < column
         return row[upper] * self.n + column[upper], edge[upper]
 
-    def edges_between(self, i: IntArray, j: IntArray) -> IntArray:
+    def find_edges_between(self, i: IntArray, j: IntArray) -> IntArray:
         """Return the shortest edge between each pair of adjacent nodes."""
         code, edge = self.adjacent_pairs
         return edge[np.searchsorted(code, np.minimum(i, j) * self.n + np.maximum(i, j))]
 
-    def shortest_paths(
+    def find_shortest_paths(
         self, sources: IntArray, avoid: IntArray | BoolArray | None = None, limit: float = np.inf
     ) -> tuple[FloatArray, IntArray, IntArray]:
         """Return each node's distance to the nearest source, its predecessor on the path, and the source.
@@ -89,9 +89,9 @@ class SurfaceGraph:
     def find_edges_on_paths(self, before: IntArray, ends: IntArray | list[int]) -> IntArray:
         """Return the edges, each once, on the shortest paths from the nodes `ends` to their sources."""
         nodes = path_nodes(before, np.asarray(ends, dtype=np.int64))
-        return self.edges_between(nodes, before[nodes])
+        return self.find_edges_between(nodes, before[nodes])
 
-    def steiner_tree(
+    def find_steiner_tree(
         self, terminals: Terminals, avoid: IntArray | None, limit: float
     ) -> tuple[int, IntArray]:
         """Return the node with the least total distance to three sets of nodes, and the edges of its paths.
@@ -108,9 +108,9 @@ class SurfaceGraph:
         on = np.ones(len(nodes), dtype=bool)
         on[start[1:] - 1] = False  # exclude the last node of each path
         on = np.flatnonzero(on)
-        return int(nodes[0]), self.edges_between(nodes[on], nodes[on + 1])
+        return int(nodes[0]), self.find_edges_between(nodes[on], nodes[on + 1])
 
-    def boundary_nodes(self, seam: IntArray) -> IntArray:
+    def find_boundary_nodes(self, seam: IntArray) -> IntArray:
         """Return the boundary nodes after a cut along a seam: nodes of the seam and of the holes."""
         passed = np.zeros(self.n, dtype=bool)
         passed[: self.n_holes], passed[self.ends[seam]] = True, True
@@ -180,7 +180,7 @@ def join_terminals(
     terminals = np.flatnonzero(passed)
     if len(terminals) == 0:
         return seam
-    distance, before, source = graph.shortest_paths(terminals)
+    distance, before, source = graph.find_shortest_paths(terminals)
     group = np.arange(graph.n)
     group[on_seam] = on_seam.min(initial=graph.n)
     ends = group[np.maximum(source, 0)[graph.ends]]  # source is -1 in components without terminals

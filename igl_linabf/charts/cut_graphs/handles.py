@@ -20,7 +20,7 @@ def open_handles(closed: ClosedSurface, rounds: int = BASE_POINT_ROUNDS) -> IntA
     graph, tried = closed.graph, set[int]()
     bases = [int(np.argmax(np.abs(closed.curvature)))]
     while len(bases) < FIRST_BASE_POINTS:
-        bases.append(int(np.argmax(graph.shortest_paths(np.array(bases))[0])))
+        bases.append(int(np.argmax(graph.find_shortest_paths(np.array(bases))[0])))
     best = find_shortest_loops(graph, bases)
     for _ in range(rounds - 1):
         tried.update(bases)
@@ -43,7 +43,7 @@ def find_shortest_loops(graph: SurfaceGraph, bases: list[int], best: Loops | Non
 
 def _find_loops(graph: SurfaceGraph, base: int) -> Loops:
     """Return the cut graph of the shortest loops through `base`, and the edge in the middle of each."""
-    distance, before, _ = graph.shortest_paths(np.array([base]))
+    distance, before, _ = graph.find_shortest_paths(np.array([base]))
     shortest = graph.adjacent_pairs[1]
     a, b = graph.ends[shortest].T
     in_tree = np.zeros(len(graph.ends), dtype=bool)

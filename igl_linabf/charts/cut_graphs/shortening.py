@@ -86,7 +86,7 @@ class _Corridor:
         blocked[self.index[nodes]] = True
         return blocked
 
-    def shortest_path(self, source: int, target: int, blocked: BoolArray, limit: float) -> IntArray:
+    def find_shortest_path(self, source: int, target: int, blocked: BoolArray, limit: float) -> IntArray:
         """Return the nodes of the shortest path from the target back to the source.
 
         Source and target are indices into the corridor. If the path is longer than `limit`, only the target
@@ -103,7 +103,7 @@ class _Corridor:
             at = int(before[at])
         return np.asarray(self._nodes[nodes])
 
-    def steiner_tree(self, tips: IntArray, blocked: BoolArray, limit: float) -> list[IntArray]:
+    def find_steiner_tree(self, tips: IntArray, blocked: BoolArray, limit: float) -> list[IntArray]:
         """Return the three paths of least total length from a common node to three nodes.
 
         The three nodes are indices into the corridor. The paths are empty if the total exceeds `limit`.
@@ -149,14 +149,14 @@ def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known
     """
     graph = corridor.graph
 
-    def move(arcs: list[ArcArrays], seam: IntArray) -> IntArray | None:
+    def move_arcs(arcs: list[ArcArrays], seam: IntArray) -> IntArray | None:
         blocked, on, old = corridor.mask_blocked_nodes(graph.ends[seam]), graph.mask_edges(seam), seam
         for edges, nodes in arcs:
             length, places = corridor.measure_length(edges), corridor.index[nodes]
             blocked[places[1:]] = False
-            path = corridor.shortest_path(int(places[0]), int(places[-1]), blocked, length)
+            path = corridor.find_shortest_path(int(places[0]), int(places[-1]), blocked, length)
             if len(path) > 1:
-                new = graph.edges_between(path[:-1], path[1:])
+                new = graph.find_edges_between(path[:-1], path[1:])
                 one = len(new) == 1 and new[0] in seam  # the new arc is an existing seam edge
                 on[edges] = False
                 if (
@@ -174,14 +174,16 @@ def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known
     new = ~graph.mask_edges(known)
     arcs = find_arcs(graph, seam, fixed)
     arcs = [arc for arc in arcs if arc[1][0] != arc[1][-1] and len(arc[0]) > 1 and new[arc[0]].any()]
-    return move_in_groups(select_longest(arcs, lambda k: corridor.measure_length(arcs[k][0])), seam, move)
+    return move_in_groups(
+        select_longest(arcs, lambda k: corridor.measure_length(arcs[k][0])), seam, move_arcs
+    )
 
 
 def _move_branch_points(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float) -> IntArray:
     """Move each point where three arcs meet to the position that minimises their total length."""
     graph = corridor.graph
 
-    def move(branches: list[int], seam: IntArray) -> IntArray | None:
+    def move_branches(branches: list[int], seam: IntArray) -> IntArray | None:
         on, old, changes = graph.mask_edges(seam), seam, list[tuple[IntArray, IntArray]]()
         for branch in branches:
             if len(steps.get(branch, ())) != 3:
@@ -195,9 +197,9 @@ def _move_branch_points(corridor: _Corridor, seam: IntArray, fixed: set[int], re
             for _, nodes in arms:
                 blocked[corridor.index[nodes[:-1]]] = False
             limit = corridor.measure_length(own) * STRICTLY_SHORTER
-            paths = corridor.steiner_tree(corridor.index[tips], blocked, limit)
+            paths = corridor.find_steiner_tree(corridor.index[tips], blocked, limit)
             if len(paths[0]):
-                parts = [graph.edges_between(path[:-1], path[1:]) for path in paths]
+                parts = [graph.find_edges_between(path[:-1], path[1:]) for path in paths]
                 on[own] = False
                 firsts = [part[0] for part in parts if len(part)]
                 if all(
@@ -223,4 +225,4 @@ def _move_branch_points(corridor: _Corridor, seam: IntArray, fixed: set[int], re
     if len(movable) > MAX_MOVED_ARCS:
         at = sum_arc_lengths_at_nodes(graph, find_arcs(graph, seam, fixed), corridor.length, reach)
         movable = select_longest(movable, lambda k: float(at[movable[k]]))
-    return move_in_groups(movable, seam, move)
+    return move_in_groups(movable, seam, move_branches)

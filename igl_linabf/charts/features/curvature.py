@@ -66,7 +66,7 @@ def measure_bounding_box(V: FloatArray) -> FloatArray:
     return np.asarray(np.ptp(np.ascontiguousarray(V.T), axis=1))  # ten times as fast as np.ptp(V, axis=0)
 
 
-def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArray:
+def compute_face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArray:
     """Return the unit normals of faces, (#F, 3).
 
     A sliver takes the normal of the face across its longest side, so that rounding does not bend planes.
@@ -95,10 +95,10 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
 
 
 def compute_dihedral_angles(component: Submesh, size: FloatArray | None = None) -> FloatArray:
-    """Return the angle between the `face_normals` at each inner edge; negative at concave edges."""
+    """Return the angle between the face normals at each inner edge; negative at concave edges."""
     topology = component.topology
     return dihedrals(
-        component.V, topology.corner, topology.interior_edge_sides, face_normals(component, size)
+        component.V, topology.corner, topology.interior_edge_sides, compute_face_normals(component, size)
     )
 
 

@@ -14,4 +14,4 @@ from .packing import (
     pack_maps,
 )
 from .page_splits import MOST_TRIAL_CHARTS, cut_for_fill, cut_to_fit
-from .spacing import Packing, page_size, resolve_packing
+from .spacing import Packing, parse_page_size, resolve_packing

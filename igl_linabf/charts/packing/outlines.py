@@ -179,7 +179,7 @@ def rasterize_outlines(
             _draw_masks_in_low_cells(outline, by, cells_per_unit, gap, aspect)
             for outline, by in zip(outlines, turns, strict=True)
         ]
-    half = _half_gap(gap)
+    half = _get_half_gap(gap)
     number = [len(by) for by in turns]
     sides = Ragged.from_sizes([len(outline.start) for outline in outlines])
     start, end, weight = (
@@ -195,7 +195,7 @@ def rasterize_outlines(
     return made
 
 
-def _half_gap(gap: float) -> float:
+def _get_half_gap(gap: float) -> float:
     """Return half a gap, slightly enlarged to absorb rounding errors."""
     return gap / 2 * (1 + 1e-9) + 1e-9
 
@@ -215,7 +215,7 @@ def _draw_masks_in_low_cells(
         n * np.arange(number + 1),
         np.full(number, cells_per_unit, dtype=np.complex128),
         np.arange(number),
-        _half_gap(gap),
+        _get_half_gap(gap),
     )
     return Masks(turns, shapes, low / cells_per_unit, blocks, begin)
 

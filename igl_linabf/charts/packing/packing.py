@@ -23,7 +23,7 @@ from ...surface import (
 )
 from .layout_search import OBLIQUE_GAIN, Layout, UnplacedCharts, find_fixed_layout, find_largest_layout
 from .outlines import find_bounding_rectangles, make_outlines
-from .spacing import Packing, Spacing, page_size, resolve_packing
+from .spacing import Packing, Spacing, parse_page_size, resolve_packing
 
 HALF_FULL = 0.5  # default of `Packing.cut_below` if no resolution is given
 FIRST_UDIM_TILE = 1001
@@ -156,7 +156,10 @@ class PackingRequest:
     def from_packing(cls, packing: Packing | None) -> PackingRequest:
         """Convert a `Packing` to a request; by default one page with a margin."""
         packing = resolve_packing(packing)
-        size, pages = None if packing.resolution is None else page_size(packing.resolution), packing.pages
+        size, pages = (
+            None if packing.resolution is None else parse_page_size(packing.resolution),
+            packing.pages,
+        )
         if packing.texel_density is None or size is None:
             side, pages = None, 1 if pages is None else pages
         else:

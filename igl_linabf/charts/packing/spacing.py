@@ -48,7 +48,7 @@ class Spacing:
         if packing.resolution is None:
             margin = DEFAULT_MARGIN if packing.margin is None else packing.margin
             return cls(margin, margin, is_default=packing.margin is None)
-        width, height = page_size(packing.resolution)
+        width, height = parse_page_size(packing.resolution)
         share = packing.padding / min(width, height)
         return cls(share, share / 2, height / width)
 
@@ -70,7 +70,7 @@ class Spacing:
         return self if self.gap <= gap else replace(self, gap=gap, border=self.border * gap / self.gap)
 
 
-def page_size(resolution: Any) -> tuple[int, int]:
+def parse_page_size(resolution: Any) -> tuple[int, int]:
     """Return the width and height of a page in texels for the option `resolution`.
 
     Raises
@@ -156,7 +156,7 @@ class Packing:
                     "side, too, or a margin instead"
                 )
         else:
-            least = min(page_size(resolution))
+            least = min(parse_page_size(resolution))
             if self.margin is not None:
                 raise ValueError(
                     f"margin is {self.margin!r}, and with a resolution distances are in texels: "

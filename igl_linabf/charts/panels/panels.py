@@ -28,7 +28,7 @@ from ...surface import (
     connected_labels,
     cut_faces,
     drop_unused_vertices,
-    face_components,
+    label_face_components,
     sum_by_index,
 )
 from ..cut_graphs import ClosedSurface, join_terminals, open_handles
@@ -235,7 +235,7 @@ def _find_slits(panels: Panels, cut: BoolArray, unclosed: BoolArray) -> tuple[Bo
     sides = creased.mask_sides(cut)
     F, origin = cut_faces(surface.F, len(surface.V), surface.topology.sides, sides)
     n, sides = len(origin), sides | creased.is_boundary_side
-    label = face_components(F, n)
+    label = label_face_components(F, n)
     of_vertex, tip = np.empty(n, dtype=np.int64), panels.is_terminal[origin]
     of_vertex[F], tip[F[sides]], tip[F[:, NEXT][sides]] = label[:, None], False, False
     vertices, faces, rim, tips = (

@@ -42,15 +42,15 @@ def shorten_seam(closed: ClosedSurface, seam: IntArray, trade: float) -> IntArra
     """Shorten a seam by moving its branch points; if edges are hidden, first prune branches."""
     known: dict[bytes, float] = {}  # costs of the seams evaluated so far
 
-    def cost(seam: IntArray) -> float:
+    def measure_cost(seam: IntArray) -> float:
         key = seam.tobytes()
         if key not in known:
             known[key] = compute_seam_cost(closed, seam, trade)
         return known[key]
 
     if closed.has_hidden_edges:
-        seam = prune_branches(closed.graph, seam, cost)
-    return move_branch_points(closed.graph, seam, cost)
+        seam = prune_branches(closed.graph, seam, measure_cost)
+    return move_branch_points(closed.graph, seam, measure_cost)
 
 
 def _find_slit(closed: ClosedSurface) -> SeamAndTips:
@@ -60,7 +60,7 @@ def _find_slit(closed: ClosedSurface) -> SeamAndTips:
     end = int(
         np.argmin(solve_log_scale(closed, np.array([start]), closed.curvature) / closed.hiding_at_nodes)
     )
-    distance, before, _ = closed.graph.shortest_paths(np.array([start]))
+    distance, before, _ = closed.graph.find_shortest_paths(np.array([start]))
     path = closed.graph.find_edges_on_paths(before, [end])
     if len(path) == 1:  # a cut along a single edge does not open a sphere
         distance[[start, end]] = np.inf
@@ -75,7 +75,7 @@ def add_branches(closed: ClosedSurface, seam: IntArray, trade: float) -> SeamAnd
     for _ in range(constants.MAX_BRANCHES):
         if 1 + closed.graph.measure_length(seam) / closed.size / trade >= least:  # lower bound of the cost
             break
-        fixed = closed.graph.boundary_nodes(seam)
+        fixed = closed.graph.find_boundary_nodes(seam)
         stretch, scale = predict_stretch(closed, fixed)
         cost = stretch + closed.graph.measure_length(seam) / closed.size / trade
         advance("seams", 0.1)
@@ -84,7 +84,7 @@ def add_branches(closed: ClosedSurface, seam: IntArray, trade: float) -> SeamAnd
             best, least, in_best = seam, cost, len(leaves)
         if in_vain == constants.MAX_IDLE_BRANCHES or not scale.any():
             break
-        far, before, _ = closed.graph.shortest_paths(fixed)
+        far, before, _ = closed.graph.find_shortest_paths(fixed)
         leaf = int(np.argmax(estimate_branch_gains(closed, fixed, scale, far)))
         seam = np.append(seam, closed.graph.find_edges_on_paths(before, [leaf]))
         leaves.append(leaf)
@@ -119,4 +119,4 @@ def compute_seam_cost(closed: ClosedSurface, seam: IntArray, trade: float) -> fl
     length = closed.graph.measure_length(seam) / closed.size
     if trade == 0:
         return length
-    return predict_stretch(closed, closed.graph.boundary_nodes(seam))[0] - 1 + length / trade
+    return predict_stretch(closed, closed.graph.find_boundary_nodes(seam))[0] - 1 + length / trade

@@ -17,7 +17,7 @@ from ...surface import (
     cut_faces,
     drop_unused_vertices,
     face_array,
-    seam_mask,
+    make_seam_mask,
     vertex_array,
 )
 from ..atlas import compute_division_price, flatten_piece
@@ -81,7 +81,7 @@ def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntAr
     positions, faces = vertex_array(V), face_array(F)
     vertices, packed = drop_unused_vertices(faces, len(positions))
     sides, n = build_manifold_topology(packed, vertices).sides, len(positions)
-    F_cut, origin = cut_faces(faces, n, sides, seam_mask(seams, faces, n))
+    F_cut, origin = cut_faces(faces, n, sides, make_seam_mask(seams, faces, n))
     return positions[origin], F_cut, origin
 
 
@@ -294,7 +294,7 @@ class SeamSearch:
 
     def _find_panel_seams(self, creased: CreasedSurface, number: int) -> _PanelSeams:
         """Return the seams of the components that consist of panels, and their costs."""
-        found = _PanelSeams.empty(number)
+        found = _PanelSeams.make_empty(number)
         if not self.trade:
             return found
         for kind in (Panels, RoundedPanels):
@@ -311,7 +311,7 @@ class SeamSearch:
                     k
                 ) in rivals:  # the first panels preserve all lengths, but fillets and chamfers are stretched
                     cost[k] = self._measure_cost(CreasedSurface(bodies[k], self.hidden), edges[label == k])
-                found.add(np.flatnonzero(made), edges, label, cost)
+                found.add_if_cheaper(np.flatnonzero(made), edges, label, cost)
         return found
 
 
@@ -334,11 +334,13 @@ class _PanelSeams:
     cost: FloatArray
 
     @classmethod
-    def empty(cls, number: int) -> _PanelSeams:
+    def make_empty(cls, number: int) -> _PanelSeams:
         edges = np.zeros((0, 2), dtype=np.int64)
         return cls(edges, edges[:, 0], np.full(number, np.inf))
 
-    def add(self, components: IntArray, edges: IntArray, label: IntArray, cost: FloatArray) -> None:
+    def add_if_cheaper(
+        self, components: IntArray, edges: IntArray, label: IntArray, cost: FloatArray
+    ) -> None:
         """Add the seams of some components, if they cost less than the component's known seams.
 
         `label` has the index in `components` for each edge.

@@ -72,7 +72,7 @@ class SmallBodies:
         first = np.unique(self._of, return_index=True)[1][bare]
         start = self._find_least_nodes(solve_log_scale(closed, np.union1d(first, rims), extra))[bare]
         end = self._find_least_nodes(solve_log_scale(closed, np.union1d(start, rims), closed.curvature))[bare]
-        distance, before, _ = closed.graph.shortest_paths(start)
+        distance, before, _ = closed.graph.find_shortest_paths(start)
         path = closed.graph.find_edges_on_paths(before, end)
         # a cut along a single edge does not open a sphere
         short = bare & (np.bincount(self._find_bodies(path), minlength=self._n) < 2)
@@ -101,7 +101,7 @@ class SmallBodies:
             growing &= (in_vain < constants.MAX_IDLE_BRANCHES) & (u[tip] != 0)
             if not growing.any():
                 break
-            _, before, _ = closed.graph.shortest_paths(open_nodes[growing[self._of[open_nodes]]])
+            _, before, _ = closed.graph.find_shortest_paths(open_nodes[growing[self._of[open_nodes]]])
             path = closed.graph.find_edges_on_paths(before, tip[growing])
             seam = np.concatenate((seam, path))
             when = np.concatenate((when, np.full(len(path), leaf + 1)))

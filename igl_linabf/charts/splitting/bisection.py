@@ -22,11 +22,11 @@ def bisect_piece(piece: Submesh) -> list[Submesh]:
     # if two faces share two edges, csr_array adds their equal lengths, which hardly changes distances
     graph = sparse.csr_array((step, tuple(sides)), shape=(len(centre), len(centre)))
 
-    def distance(face: int) -> np.ndarray:
+    def measure_distances(face: int) -> np.ndarray:
         return np.asarray(sparse.csgraph.dijkstra(graph, directed=False, indices=face))
 
-    first = int(np.argmax(distance(0)))
-    from_first = distance(first)
+    first = int(np.argmax(measure_distances(0)))
+    from_first = measure_distances(first)
     second = int(np.argmax(from_first))
-    terminal = find_terminals_beside_line(from_first - distance(second), HALVING_BAND)
+    terminal = find_terminals_beside_line(from_first - measure_distances(second), HALVING_BAND)
     return piece.cut_between_labels(divide_at_least_cut(sides, price, terminal)[polygon])

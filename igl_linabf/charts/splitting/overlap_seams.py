@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..._core import breadth_first_path, overlap_sheets, shortest_edges, shortest_odd_walk
 from ..._types import BoolArray, IntArray
 from ...errors import MeshError, first_few
-from ...surface import Submesh, check_planar, face_components
+from ...surface import Submesh, check_planar, label_face_components
 from ..features import CreasedSurface, measure_bounding_box
 
 MAX_OVERLAPS = 6  # one search separates up to this many overlaps; each one doubles the search graph
@@ -68,7 +68,7 @@ def find_separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntAr
     """
     surface = Submesh.from_input(V, F)
     array = _check_pairs(pairs, len(surface.F))
-    chart = face_components(surface.F, len(surface.V))
+    chart = label_face_components(surface.F, len(surface.V))
     strangers = np.flatnonzero(chart[array[:, 0]] != chart[array[:, 1]])
     if len(strangers):
         raise MeshError(
@@ -82,17 +82,17 @@ def find_separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntAr
 def find_overlap_seams(charts: list[Submesh], pairs: IntArray) -> IntArray:
     """Return the seams of `find_separating_seams` for checked charts, given by input vertices; `pairs` has "
     "input faces."""
-    seams, _ = _separate(charts, pairs)
+    seams, _ = _cut_between_overlaps(charts, pairs)
     return np.unique(np.concatenate([np.zeros((0, 2), dtype=np.int64), *seams]), axis=0)
 
 
 def split_overlaps(chart: Submesh, pairs: IntArray, most: int = MAX_OVERLAPS) -> list[Submesh]:
     """Cut a chart along the seams of `find_separating_seams`; each search separates at most `most` "
     "overlaps."""
-    return _separate([chart], pairs, most)[1]
+    return _cut_between_overlaps([chart], pairs, most)[1]
 
 
-def _separate(
+def _cut_between_overlaps(
     charts: list[Submesh], pairs: IntArray, most: int = MAX_OVERLAPS
 ) -> tuple[list[IntArray], list[Submesh]]:
     seams, parts = list[IntArray](), list[Submesh]()
@@ -198,7 +198,7 @@ class _Search:
             barred = np.append(
                 dual.find_edges_within(one, within[0]), dual.find_edges_within(other, within[1])
             )
-            overlaps.append(_Overlap(dual.edges_across_path(*within), barred))
+            overlaps.append(_Overlap(dual.find_edges_across_path(*within), barred))
             within[0, one], within[1, other] = False, False
         return overlaps
 
@@ -254,7 +254,7 @@ class _Dual(NamedTuple):
     neighbour: IntArray
     edge: IntArray
 
-    def edges_across_path(self, one: BoolArray, other: BoolArray) -> IntArray:
+    def find_edges_across_path(self, one: BoolArray, other: BoolArray) -> IntArray:
         """Return the edges crossed by a shortest path between two sheets, which are masks of faces."""
         way = breadth_first_path(self.begin, self.neighbour, one, other)
         at, of = self._find_entries(way[:-1])

@@ -28,7 +28,7 @@ from ...surface import (
     Topology,
     check_planar,
     complex_positions,
-    flipped_faces,
+    find_flipped_faces,
     real_coordinates,
     signed_double_areas,
 )
@@ -226,7 +226,7 @@ def move_parts_apart(
         return None
     shear = [float(change.triangle_changes.angle_distortion.mean()) for change in (before, after)]
     message = "no triangle overlaps another; overlaps repaired: F/3nt {:.4g} -> {:.4g}".format(*shear)
-    flipped = flipped_faces(complex_positions(uv), corner)
+    flipped = find_flipped_faces(complex_positions(uv), corner)
     outcome = Outcome.VALID if result.outcome is Outcome.OVERLAPPING else result.outcome
     outcome = Outcome.FLIPPED if len(flipped) else outcome
     apart = replace(result, uv=uv, flipped=flipped, outcome=outcome, message=message)

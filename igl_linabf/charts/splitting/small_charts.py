@@ -19,7 +19,14 @@ from ...errors import format_count
 from ...layouts import least_squares
 from ...linalg import NotPositiveDefiniteError, Solvers
 from ...measures import measure_change, measure_qualities
-from ...surface import Ragged, Submesh, complex_positions, flat_angles, real_coordinates, signed_double_areas
+from ...surface import (
+    Ragged,
+    Submesh,
+    complex_positions,
+    compute_flat_angles,
+    real_coordinates,
+    signed_double_areas,
+)
 from ..atlas import Chart, scale_to_surface
 
 MAX_SMALL_AREA = 0.01  # maximum area of a small chart, as a share of the surface's area
@@ -208,7 +215,7 @@ class _GrowingChart:
             uv.append(real_coordinates(guest.z[new]))
             vertices.append(guest.piece.vertices[new])
             faces.append(guest.piece.faces)
-            angles.append(flat_angles(guest.z, guest.piece.topology.corner).T)
+            angles.append(compute_flat_angles(guest.z, guest.piece.topology.corner).T)
             inner += [] if guest.piece.inner is None else [guest.piece.inner]
         order = np.argsort(np.concatenate(faces))
         whole = Submesh(

@@ -92,7 +92,7 @@ def find_seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: Fl
     )
     holes, nodes = np.arange(closed.graph.n_holes), closed.node[leaves[is_inside]]
     # no seam is worth more than the L2 stretch of the whole map minus 1
-    distance, before, _ = closed.graph.shortest_paths(holes, limit=(np.sqrt(total) - 1) * unit)
+    distance, before, _ = closed.graph.find_shortest_paths(holes, limit=(np.sqrt(total) - 1) * unit)
     chosen, gain = choose_worthwhile_seams(distance[nodes] / unit, saved[is_inside], total)
     if gain < MIN_TIP_GAIN:
         return none

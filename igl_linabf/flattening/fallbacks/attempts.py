@@ -21,7 +21,14 @@ from ...angles import (
 from ...errors import MeshWarning, SingularSystemError, first_few, stack_level
 from ...layouts import Layout, LayoutName, check_pins
 from ...linalg import SolverName, Solvers, check_memory, factor_bytes
-from ...surface import Mesh, Pins, area_scale_ratio, flipped_faces, real_coordinates, shape_is_pinned
+from ...surface import (
+    Mesh,
+    Pins,
+    compute_area_scale_ratio,
+    find_flipped_faces,
+    real_coordinates,
+    shape_is_pinned,
+)
 from ..boundary_shapes import FREE, Shape, resolve_shape
 from ..result import (
     NO_INDICES,
@@ -218,7 +225,7 @@ def build_result(
     mesh, z, alpha, flipped = problem.mesh, layout.z, at.alpha, best.flipped
     if ears is not None:
         mesh, z = ears.whole, ears.add_to_map(z)
-        alpha, flipped = ears.add_to_angles(alpha, z), flipped_faces(z, mesh.topology.corner)
+        alpha, flipped = ears.add_to_angles(alpha, z), find_flipped_faces(z, mesh.topology.corner)
     note, attempts = best.note, list[Attempt]()
     for made in results:
         flips = None if made.layout is None else len(made.flipped)
@@ -232,7 +239,7 @@ def build_result(
         Findings(
             layout.method,
             layout.solver,
-            area_scale_ratio(mesh, z),
+            compute_area_scale_ratio(mesh, z),
             flipped,
             at.residual.max_magnitude,
             np.flatnonzero(angles.mask_invalid_triangles(at)),

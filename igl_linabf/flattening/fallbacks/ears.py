@@ -14,8 +14,8 @@ from ...surface import (
     Pins,
     Topology,
     build_topology,
+    compute_flat_angles,
     drop_unused_vertices,
-    flat_angles,
     with_outer_loop,
 )
 
@@ -109,7 +109,7 @@ class Ears:
         corner, ears = self.whole.topology.corner, np.ones(len(self.whole.double_area), dtype=bool)
         ears[self.faces] = False
         alpha = np.empty(corner.shape)
-        alpha[:, self.faces], alpha[:, ears] = rest, flat_angles(z, corner[:, ears])
+        alpha[:, self.faces], alpha[:, ears] = rest, compute_flat_angles(z, corner[:, ears])
         return alpha
 
 

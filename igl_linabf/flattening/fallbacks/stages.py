@@ -22,7 +22,7 @@ from ...angles import (
 )
 from ...errors import FallbackWarning, SingularSystemError, first_few, format_count, stack_level
 from ...layouts import MAX_BOUNDARY_GAP, Boundary, LayoutOptions, develop_boundary, lay_out
-from ...surface import find_chords, flipped_faces
+from ...surface import find_chords, find_flipped_faces
 from ..boundary_shapes import SPLIT_CHORDS_HINT
 from ..constants import BOUNDARY_TOL
 from ..result import StageName, Status
@@ -68,7 +68,7 @@ def add_layout(problem: Problem, made: StageResult, boundary: Boundary | None = 
                 raise
             return StageResult(made.stage, made.state, Status.SINGULAR, str(error))
     advance("layout", 0.5)
-    flipped = flipped_faces(layout.z, mesh.topology.corner)
+    flipped = find_flipped_faces(layout.z, mesh.topology.corner)
     flips = len(flipped)
     status, detail = Status.GOOD, ""
     if flips:

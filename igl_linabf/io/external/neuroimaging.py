@@ -131,25 +131,26 @@ def _list_gifti_arrays(data: bytes) -> list[tuple[dict[str, str], list[str]]]:
     arrays: list[tuple[dict[str, str], list[list[str]]]] = [({}, [[]])]
     depth = 0  # number of open elements `Data`
 
-    def start(name: str, attributes: dict[str, str]) -> None:
+    def start_element(name: str, attributes: dict[str, str]) -> None:
         nonlocal depth
         depth += name == "Data"
         if name == "DataArray":
             arrays.append((attributes, []))
         arrays[-1][1].append([])
 
-    def end(name: str) -> None:
+    def end_element(name: str) -> None:
         nonlocal depth
         depth -= name == "Data"
         arrays[-1][1].append([])
 
-    def add(text: str) -> None:
+    def add_text(text: str) -> None:
         if depth:
             arrays[-1][1][-1].append(text)
 
     parser = ParserCreate()
     parser.buffer_text = True
-    parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, add
+    parser.StartElementHandler, parser.EndElementHandler = start_element, end_element
+    parser.CharacterDataHandler = add_text
     parse_xml(parser, data)
     return [(attributes, list(filter(str.strip, map("".join, texts)))) for attributes, texts in arrays[1:]]
 

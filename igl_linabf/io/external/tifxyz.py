@@ -170,7 +170,7 @@ def _read_image(path: Path, first_channel: bool = False) -> np.ndarray:
     """Read a TIFF image; with `first_channel`, read only the first channel of its first page."""
     tifffile = import_optional("tifffile", HOW_TO_GET)
 
-    def read(name: str) -> Any:
+    def read_values(name: str) -> Any:
         with tifffile.TiffFile(name, **SINGLE_FILE) as file:
             image = file.pages[0] if first_channel else file.series[0]
             wanted = 2 * image.size * image.dtype.itemsize  # while pages are decoded and copied
@@ -181,7 +181,7 @@ def _read_image(path: Path, first_channel: bool = False) -> np.ndarray:
             return values.take(0, image.axes.index("S")) if is_sampled else values
 
     try:
-        return np.asarray(call_reader(read, path))
+        return np.asarray(call_reader(read_values, path))
     except Damaged as damage:
         raise MeshError(f"{path} cannot be read as TIFF: {damage}") from None
 

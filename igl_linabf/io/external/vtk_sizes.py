@@ -108,7 +108,7 @@ def _list_elements(data: bytes) -> list[_Element]:
     elements, offsets, parser, depth = list[_Element](), list[str](), ParserCreate(), 0
     parser.buffer_text = True
 
-    def start(name: str, attributes: dict[str, str]) -> None:
+    def start_element(name: str, attributes: dict[str, str]) -> None:
         nonlocal depth
         depth += 1
         if depth > MAX_DEPTH:
@@ -120,7 +120,7 @@ def _list_elements(data: bytes) -> list[_Element]:
         has_offsets = is_text and attributes.get("Name") == "offsets"
         parser.CharacterDataHandler = offsets.append if has_offsets else None
 
-    def end(_: str) -> None:
+    def end_element(_: str) -> None:
         nonlocal depth
         depth -= 1
         numbers = OFFSET_PATTERN.findall("".join(offsets))
@@ -128,7 +128,7 @@ def _list_elements(data: bytes) -> list[_Element]:
         check_expansion(VALUE_BYTES * largest, len(data), "the corners of its cells")
         offsets.clear()
 
-    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.StartElementHandler, parser.EndElementHandler = start_element, end_element
     with suppress(StopIteration):
         parse_xml(parser, data)
     return elements

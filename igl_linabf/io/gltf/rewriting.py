@@ -96,18 +96,18 @@ def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile, path: Path) 
     ):
         (rows_used, texture), vertex = find_unique_tuples(place.vertex, mesh.texture[place.corners])
 
-        def taken(numbers: dict[str, int], rows: IntArray = rows_used) -> dict[str, int]:
+        def copy_rows(numbers: dict[str, int], rows: IntArray = rows_used) -> dict[str, int]:
             return {
                 key: buffer.append_array(gltf.read_array(number, rows), like=gltf.text["accessors"][number])
                 for key, number in numbers.items()
             }
 
-        primitive |= {"mode": Mode.TRIANGLES, "attributes": taken(attributes)}
+        primitive |= {"mode": Mode.TRIANGLES, "attributes": copy_rows(attributes)}
         if not bare[place.faces].all():
             primitive["attributes"][TEXTURE_ATTRIBUTES[second]] = buffer.append_array(rounded[texture])
         _store_feature_ids(primitive, rows_used, buffer)
         if targets:
-            primitive["targets"] = [taken(target) for target in targets]
+            primitive["targets"] = [copy_rows(target) for target in targets]
         triangles, extensions = order_triangles(mesh, place.faces, vertex, place.mirrored)
         primitive["indices"] = buffer.append_array(triangles.ravel(), Target.INDICES)
         if extensions:

@@ -87,7 +87,7 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     extras, buffer = mesh.extras, Buffer()
     bare, mesh = mesh.lacks_texture, mesh.fill_missing_texture()
     names, part = extras.parts or ((), np.full(len(mesh.polygons), -1))
-    material_names, material, looks = _share_materials(mesh, part)
+    material_names, material, looks = _collect_materials(mesh, part)
     meshes: list[dict[str, Any]] = []
     nodes: list[dict[str, Any]] = []
     metres = METRES_PER_UNIT.get(extras.units or "meter", 1.0)
@@ -95,7 +95,7 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     colours, error = get_stored_colours(mesh), 0.0
     for i, by_material in _group_faces(part, material, bare):
         faces = np.concatenate(list(by_material.values()))
-        positions = mesh.V[mesh.polygons.corners[mesh.polygons.corners_of(faces)]]
+        positions = mesh.V[mesh.polygons.corners[mesh.polygons.select_corners(faces)]]
         origin, extent, primitives = choose_origin(positions), np.ptp(positions, axis=0).max(), []
         for (k, is_bare), chosen in by_material.items():
             primitive, rounding = _write_primitive(mesh, chosen, origin, colours, buffer, is_bare)
@@ -130,7 +130,7 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     write_gltf(temporary, description, buffer)
 
 
-def _share_materials(mesh: MeshFile, part: IntArray) -> tuple[Sequence[str], IntArray, Sequence[Material]]:
+def _collect_materials(mesh: MeshFile, part: IntArray) -> tuple[Sequence[str], IntArray, Sequence[Material]]:
     """Return the names of the materials to write, the material of each face, and the materials.
 
     Materials that look the same are merged if there are more than MAX_PRIMITIVES primitives.
@@ -193,7 +193,7 @@ def _write_primitive(
     Positions are written relative to `origin`, and `colours` are the colours at all corners of the mesh. If
     `is_bare`, the texture coordinates are left out.
     """
-    split = split_vertices(mesh, mesh.polygons.corners_of(faces), normals=True, colours=colours)
+    split = split_vertices(mesh, mesh.polygons.select_corners(faces), normals=True, colours=colours)
     V = mesh.V[split.vertex] - origin
     positions = round_to_single(V, "V")
     maps = [TC for TC in (split.first, None if is_bare else split.TC) if TC is not None]

@@ -62,7 +62,7 @@ def make_isometric(
     a similarity, as in the layouts of angles. With more pins, the map is first scaled to fit the pins best,
     and springs of increasing stiffness then pull the vertices to their pins.
     """
-    energy = _single_chart_energy(mesh, weight)
+    energy = _make_single_chart_energy(mesh, weight)
     coarse = mesh.topology.n > MOST_FREE_VERTICES and not shape_is_pinned(pinned)
     corner = mesh.topology.corner
     hessians = CoarseHessians(corner, start, solvers) if coarse else Hessians(corner, len(start), solvers)
@@ -101,13 +101,13 @@ def pull_to_pins(
 ) -> tuple[ComplexArray, float]:
     """Pull a map without flips to more than two pins; return the map and the largest distance to a pin."""
     z = start / np.sqrt(signed_double_areas(start, mesh.topology.corner).sum() / 2)
-    energy = _single_chart_energy(mesh, weight)
+    energy = _make_single_chart_energy(mesh, weight)
     hessians = Hessians(mesh.topology.corner, len(z), solvers)
     made, _, _, missed = _pull_to_pins(energy, hessians, z, pinned)
     return made, missed
 
 
-def _single_chart_energy(mesh: Mesh, weight: float) -> IsometricEnergy:
+def _make_single_chart_energy(mesh: Mesh, weight: float) -> IsometricEnergy:
     """Return the energy of a single chart."""
     corner, n = mesh.topology.corner, mesh.topology.n
     faces = Ragged.from_sizes([corner.shape[1]])

@@ -92,7 +92,7 @@ class Hessians:
         slope = sum_at_vertices(self._corner, by_corner, self._n)
         blocks = sum_outer_products(rows, self._own, self._across, self._entries)
         if springs is not None:
-            slope += _interleave(2 * springs.stiffness * (z - springs.to))
+            slope += _interleave_coordinates(2 * springs.stiffness * (z - springs.to))
             blocks[self._diagonal, 0] += 2 * springs.stiffness
             blocks[self._diagonal, 3] += 2 * springs.stiffness
         return slope, factor_damped(self._analysis, blocks, self._diagonal)
@@ -201,7 +201,7 @@ class LineSearch:
         most = SHORT_OF_COLLAPSE * first
         length = np.where(moving, np.minimum(1.0, most), 0.0)
         for _ in range(MAX_HALVINGS):
-            reached = self._energies(length)
+            reached = self._measure_energies(length)
             short = ~(reached <= self.value - SUFFICIENT_DECREASE * length * self.promised)
             if not short.any():
                 break
@@ -212,7 +212,7 @@ class LineSearch:
         growing = moving & ~short
         while growing.any():  # try longer steps: the convexified Hessian is too large
             tried = np.where(growing, np.minimum(GROWTH * length, most), length)
-            after = self._energies(tried)
+            after = self._measure_energies(tried)
             growing &= (tried > length) & (after < reached)
             length, reached = np.where(growing, tried, length), np.where(growing, after, reached)
         return self._take_step(length), reached, length
@@ -220,9 +220,9 @@ class LineSearch:
     def _take_step(self, length: FloatArray) -> ComplexArray:
         return np.asarray(self.z + self.energy.vertices.repeat(length) * self.direction)
 
-    def _energies(self, length: FloatArray) -> FloatArray:
+    def _measure_energies(self, length: FloatArray) -> FloatArray:
         return self.energy.measure_chart_energies(self._take_step(length))
 
 
-def _interleave(z: ComplexArray) -> FloatArray:
+def _interleave_coordinates(z: ComplexArray) -> FloatArray:
     return np.column_stack((z.real, z.imag)).ravel()

@@ -16,9 +16,9 @@ from ...surface import (
     PREV,
     SAFE_AREA_RATIO,
     Mesh,
-    area_scale_ratio,
     complex_positions,
-    flat_angles,
+    compute_area_scale_ratio,
+    compute_flat_angles,
     real_coordinates,
     signed_double_areas,
 )
@@ -79,7 +79,7 @@ def make_injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) 
                 best = made if best is None or made.distortion < best.distortion else best
                 break
         # SLIM may have ended early, because of rounding, if the ratio of area scales is larger
-        if best is not None and area_scale_ratio(mesh, best.z) <= SAFE_AREA_RATIO:
+        if best is not None and compute_area_scale_ratio(mesh, best.z) <= SAFE_AREA_RATIO:
             break
     return best
 
@@ -94,7 +94,7 @@ def embed_in_boundary(
     straight side (Tutte 1963). If the boundary is a circle on which vertices are too close for double
     precision, all vertices of the circle are spaced evenly.
     """
-    hopeless = area_scale_ratio(mesh, z) > HOPELESS_AREA_RATIO
+    hopeless = compute_area_scale_ratio(mesh, z) > HOPELESS_AREA_RATIO
     for made in () if hopeless else embed_patches(mesh.topology, z, solvers):
         if is_positively_oriented(made, mesh.topology.corner):
             return made, "convex combinations around the flipped triangles"
@@ -146,7 +146,7 @@ def run_slim(
 def _measure_distortion(mesh: Mesh, z: ComplexArray) -> float:
     """Return the mean squared relative change of the angles by a map (F/3nt of the paper)."""
     alpha = corner_angles(mesh)
-    return float((((flat_angles(z, mesh.topology.corner) - alpha) / alpha) ** 2).mean())
+    return float((((compute_flat_angles(z, mesh.topology.corner) - alpha) / alpha) ** 2).mean())
 
 
 def is_positively_oriented(z: ComplexArray, corner: IntArray) -> bool:

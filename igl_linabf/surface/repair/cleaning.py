@@ -17,9 +17,9 @@ from ..areas import find_faces_without_area
 from ..arrays import check_finite, check_indices, face_array, has_distinct_corners, vertex_array
 from ..constants import SMALLEST_COORDINATE
 from ..submesh import Submesh
-from ..topology import connected_labels, face_components
+from ..topology import connected_labels, label_face_components
 from .sheets import Sheets, get_vertices_of_sides, separate_sheets
-from .slivers import collapse_short_sides, limit_obtuse_angles
+from .slivers import collapse_short_sides, open_faces_without_area
 
 # Range of the largest coordinate in which eighth powers of lengths neither overflow nor vanish.
 # Meshes outside this range are scaled by a power of two.
@@ -271,7 +271,7 @@ def _repair_triangles(
 ) -> Cleaned:
     did: list[Repair] = []
 
-    def note(kind: str, of: str, which: IntArray) -> None:
+    def add_repair(kind: str, of: str, which: IntArray) -> None:
         if len(which):
             did.append(Repair(kind, len(which), of, which[:MAX_LISTED]))
 
@@ -280,37 +280,37 @@ def _repair_triangles(
         merged = merge_coincident(V, used)
     elif weld is not None and weld is not False:
         merged = merge_nearby(V, used, weld)
-    note("welded", "vertices", np.flatnonzero(merged != np.arange(len(V))))
+    add_repair("welded", "vertices", np.flatnonzero(merged != np.arange(len(V))))
     beyond, power = used[_needs_scaling(np.abs(V[used].T).max(axis=0))], 0
     if len(beyond):
-        note("scaled", "vertices", beyond)
+        add_repair("scaled", "vertices", beyond)
         power = -int(np.frexp(np.abs(V[used]).max())[1])
         V = np.ldexp(V, power)
     size = np.abs(V[used].T).max(axis=0)
     tiny = used[(size > 0) & (size <= SMALLEST_COORDINATE)]
     if len(tiny):
-        note("tiny", "vertices", tiny)
+        add_repair("tiny", "vertices", tiny)
         V = V.copy()
         V[tiny] = 0.0
     merged = collapse_short_sides(V, merged[F])[merged]
     G = merged[F]
     distinct = has_distinct_corners(G)
-    note("collapsed", "faces", np.flatnonzero(~distinct))
+    add_repair("collapsed", "faces", np.flatnonzero(~distinct))
     rows = np.flatnonzero(distinct)
     sheets = separate_sheets(V, G[rows])
-    note("crowded", "edges", sheets.crowded)
-    note("twin", "faces", rows[sheets.twins])
-    note("turned", "faces", rows[sheets.turned])
-    note("torn", "edges", sheets.torn)
-    note("bowtie", "vertices", _find_bowties(sheets, G[rows]))
+    add_repair("crowded", "edges", sheets.crowded)
+    add_repair("twin", "faces", rows[sheets.twins])
+    add_repair("turned", "faces", rows[sheets.turned])
+    add_repair("torn", "edges", sheets.torn)
+    add_repair("bowtie", "vertices", _find_bowties(sheets, G[rows]))
     solid, lost = _partition_by_area(V[sheets.origin], sheets.F)
-    note("arealess", "faces", rows[lost])
+    add_repair("arealess", "faces", rows[lost])
     kept = np.zeros(len(sheets.origin), dtype=bool)
     kept[sheets.F[solid]] = True
     number = np.cumsum(kept) - 1
     F_new, origin = number[sheets.F[solid]], sheets.origin[kept]
-    V_new, opened = limit_obtuse_angles(V[origin], F_new)
-    note("opened", "faces", rows[solid][opened])
+    V_new, opened = open_faces_without_area(V[origin], F_new)
+    add_repair("opened", "faces", rows[solid][opened])
     return Cleaned(V_new, F_new, origin, tuple(did), rows[solid], sheets.turned[solid], merged, power)
 
 
@@ -337,7 +337,7 @@ def _partition_by_area(V: FloatArray, F: IntArray) -> tuple[IntArray, IntArray]:
     flat = find_faces_without_area(V, F)
     if not len(flat):
         return np.arange(len(F)), flat
-    label = face_components(F, len(V))
+    label = label_face_components(F, len(V))
     area = np.ones(len(F), dtype=bool)
     area[flat] = False
     solid = np.bincount(label, weights=area)[label] > 0

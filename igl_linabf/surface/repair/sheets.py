@@ -112,7 +112,7 @@ class _EdgeGroups:
 def _number_triangles(F: IntArray, edges: _EdgeGroups) -> tuple[IntArray, BoolArray]:
     """Number the distinct vertex triples of faces; also return a mask of the faces that repeat one."""
     a, b = edges.get_paired_sides()
-    twins = F.ravel()[_opposite_corner(a)] == F.ravel()[_opposite_corner(b)]
+    twins = F.ravel()[_get_opposite_corner(a)] == F.ravel()[_get_opposite_corner(b)]
     crowd = edges.order[np.repeat(edges.count > 2, edges.count)]
     some = np.unique(np.concatenate((a[twins], b[twins], crowd)) // 3)  # faces that may equal another face
     triangle, twin = np.arange(len(F)), np.zeros(len(F), dtype=bool)
@@ -122,7 +122,7 @@ def _number_triangles(F: IntArray, edges: _EdgeGroups) -> tuple[IntArray, BoolAr
     return triangle, twin
 
 
-def _opposite_corner(side: IntArray) -> IntArray:
+def _get_opposite_corner(side: IntArray) -> IntArray:
     """Return the corner opposite to each side."""
     return np.asarray(side + np.array([2, -1, -1])[side % 3])
 
@@ -147,7 +147,7 @@ def _link_sides(
     same = patch[a // 3] == patch[b // 3]
     one_sided = same & (against ^ turned[a // 3] ^ turned[b // 3])
     with np.errstate(invalid="ignore"):
-        cosine = (_inward_vectors(V, F, a) * _inward_vectors(V, F, b)).sum(axis=1)
+        cosine = (_compute_inward_vectors(V, F, a) * _compute_inward_vectors(V, F, b)).sum(axis=1)
     cosine[~np.isfinite(cosine)] = 1.0  # treat faces without area as folded
     cost = np.round(1 + cosine, JOIN_COST_DECIMALS)
     cost = cost + COST_OF_OTHER_PATCH * ~same + COST_OF_ONE_SIDEDNESS * one_sided
@@ -183,7 +183,7 @@ def _choose_pairs(a: IntArray, b: IntArray, n: int) -> IntArray:
     return np.concatenate(chosen)
 
 
-def _inward_vectors(V: FloatArray, F: IntArray, side: IntArray) -> FloatArray:
+def _compute_inward_vectors(V: FloatArray, F: IntArray, side: IntArray) -> FloatArray:
     """Return unit vectors in the faces, orthogonal to the given sides; NaN for faces without area."""
     t, k = side // 3, side % 3
     a, b, c = (V[F[t, (k + i) % 3]] for i in range(3))

@@ -17,7 +17,7 @@ ARC_HEIGHT_OF_SHORTEST_SIDE = 0.1
 FIRST_SHAKE = 1e-4  # first random displacement, relative to the shortest side, if an arc does not suffice
 
 
-def side_lengths(V: FloatArray, F: IntArray) -> FloatArray:
+def compute_side_lengths(V: FloatArray, F: IntArray) -> FloatArray:
     """Return the lengths (#F, 3) of the sides from corner k to k + 1."""
     return np.asarray(np.linalg.norm(V[F[:, [1, 2, 0]]] - V[F], axis=2))
 
@@ -31,7 +31,7 @@ def collapse_short_sides(V: FloatArray, F: IntArray) -> IntArray:
         flat = whole[find_faces_without_area(V, now[whole], ROUNDING_MARGIN)] if len(whole) else whole
         corners = now[flat]
         extent = np.abs(V[corners]).max(axis=(1, 2), initial=0)
-        lengths = side_lengths(V, corners)
+        lengths = compute_side_lengths(V, corners)
         size = np.maximum(extent, lengths.max(axis=1, initial=0))
         t, k = np.nonzero(lengths <= COLLAPSED_LENGTH * size[:, None])
         if not len(t):
@@ -40,7 +40,7 @@ def collapse_short_sides(V: FloatArray, F: IntArray) -> IntArray:
         merged = np.unique(label, return_index=True)[1][label][merged]
 
 
-def limit_obtuse_angles(V: FloatArray, F: IntArray) -> tuple[FloatArray, IntArray]:
+def open_faces_without_area(V: FloatArray, F: IntArray) -> tuple[FloatArray, IntArray]:
     """Move the vertices of faces without area a little, such that these faces get an area.
 
     The caps at an edge triangulate a line segment. Their vertices move to a shallow arc in the plane of the
@@ -61,7 +61,7 @@ def limit_obtuse_angles(V: FloatArray, F: IntArray) -> tuple[FloatArray, IntArra
     flat = find_faces_without_area(V, F)
     random, step = np.random.default_rng(0), FIRST_SHAKE
     while len(flat) and step < 1:
-        lengths = side_lengths(still, F[flat])
+        lengths = compute_side_lengths(still, F[flat])
         mover = F[flat, (lengths.argmax(axis=1) + 2) % 3]
         reach = np.full(len(V), np.inf)
         np.minimum.at(reach, mover, step * lengths.min(axis=1))
@@ -76,7 +76,7 @@ def limit_obtuse_angles(V: FloatArray, F: IntArray) -> tuple[FloatArray, IntArra
 
 
 def _move_to_arcs(V: FloatArray, F: IntArray, flat: IntArray) -> FloatArray:
-    lengths = side_lengths(V, F[flat])
+    lengths = compute_side_lengths(V, F[flat])
     side = lengths.argmax(axis=1)
     order = (side[:, None] + np.arange(3)) % 3
     a, b, c = F[flat[:, None], order].T  # the longest side runs from a to b, and c lies on it
@@ -90,7 +90,9 @@ def _move_to_arcs(V: FloatArray, F: IntArray, flat: IntArray) -> FloatArray:
     for _ in range(len(flat).bit_length()):
         root = root[root]
     away = np.empty((len(flat), 3))
-    away[ends] = _arc_directions(V, F, flat[ends] * 3 + side[ends], across[ends], up[ends] > own[ends])
+    away[ends] = _compute_arc_directions(
+        V, F, flat[ends] * 3 + side[ends], across[ends], up[ends] > own[ends]
+    )
     start, along = V[a[root]], V[b[root]] - V[a[root]]
     length = np.linalg.norm(along, axis=1)
     shortest = np.full(len(flat), np.inf)
@@ -112,7 +114,7 @@ def _find_faces_across(F: IntArray, side: IntArray) -> IntArray:
     return np.where(forth[order[place]] == back, order[place] // 3, -1)
 
 
-def _arc_directions(
+def _compute_arc_directions(
     V: FloatArray, F: IntArray, side: IntArray, across: IntArray, second: BoolArray
 ) -> FloatArray:
     """Return unit vectors orthogonal to the sides, in the plane of the faces across and away from them.

@@ -18,7 +18,7 @@ from igl_linabf.angles import (
     corner_angles,
     initial_estimate,
 )
-from igl_linabf.angles.full_system import interior_rows, right_hand_sides, triangle_rows
+from igl_linabf.angles.full_system import build_interior_rows, compute_right_hand_sides, triangle_rows
 from igl_linabf.angles.steps import newton
 from igl_linabf.angles.steps.newton import _line_search, _move_into_bounds, measure_objective
 from igl_linabf.flattening import Outcome
@@ -52,7 +52,7 @@ def measure_stationarity(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> fl
     alpha = angles.ravel()
     gradient = (alpha - start) / start  # the gradient of the objective, scaled by alpha_0
     rows = (
-        interior_rows(build_constraints(mesh.topology), angles.T),
+        build_interior_rows(build_constraints(mesh.topology), angles.T),
         triangle_rows(build_constraints(mesh.topology)),
     )
     A = sparse.vstack(rows).tocsr() @ sparse.diags_array(start)
@@ -75,7 +75,7 @@ def test_abf_converges_to_a_flat_mesh_at_a_stationary_point(name: str) -> None:
     result = flatten(V, F, method=ABF(tol=1e-9))
     assert result.outcome in (Outcome.CONVERGED, Outcome.OVERLAPPING)
     assert result.report.iterations <= (60 if name == "cone" or name in STRESS else 16)
-    vertex_and_wheel, triangle = right_hand_sides(
+    vertex_and_wheel, triangle = compute_right_hand_sides(
         build_constraints(planar_mesh(V, F).topology), result.angles.T
     )
     assert np.abs(vertex_and_wheel).max() <= 1e-9

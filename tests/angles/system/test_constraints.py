@@ -22,8 +22,8 @@ from igl_linabf.angles import (
     take_linear_step,
 )
 from igl_linabf.angles.full_system import (
-    interior_rows,
-    right_hand_sides,
+    build_interior_rows,
+    compute_right_hand_sides,
     take_full_system_step,
     triangle_rows,
 )
@@ -70,14 +70,14 @@ def test_a_hole_adds_one_row_to_the_system(name: str) -> None:
     double_area, dot = measure_faces(V, topology.corner, vertices)
     alpha = np.arctan2(double_area, dot)
     system = System(constraints, alpha)
-    M = interior_rows(constraints, alpha)
+    M = build_interior_rows(constraints, alpha)
     w = (alpha**2).T.ravel()
     triangles = triangle_rows(constraints)
     W = sparse.diags_array(w)
     MWT = M @ W @ triangles.T
     S = M @ W @ M.T - MWT @ sparse.diags_array(1 / (triangles @ w)) @ MWT.T
     assert abs(system.build_matrix().to_sparse() - S).max() <= 1e-12 * abs(S).max()
-    wanted, _ = right_hand_sides(constraints, alpha)
+    wanted, _ = compute_right_hand_sides(constraints, alpha)
     missing = residual(constraints, alpha)
     assert np.allclose(np.column_stack((missing.vertex, missing.wheel)).ravel(), wanted, atol=1e-10)
 
@@ -95,7 +95,7 @@ def test_in_the_conformal_metric_the_system_is_two_laplacians(name: str) -> None
         element[:, k, k] = (c[i] + c[j]) / 2
     m = len(element)
     K = sparse.bsr_array((element, np.arange(m), np.arange(m + 1)), shape=(3 * m, 3 * m))
-    M = interior_rows(build_constraints(mesh.topology), alpha)
+    M = build_interior_rows(build_constraints(mesh.topology), alpha)
     S = (M @ K @ M.T).tocsr()
     inside = mesh.topology.is_interior
     L = -igl.cotmatrix(V, F)[inside][:, inside]

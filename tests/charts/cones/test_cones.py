@@ -29,7 +29,7 @@ from igl_linabf import (
     quality,
     unwrap,
 )
-from igl_linabf.angles import build_constraints, rescale_triangles, residual
+from igl_linabf.angles import build_constraints, compute_rescaled_angles, residual
 from igl_linabf.charts import find_cones, texture_seams
 from igl_linabf.charts.cones.seams import find_closed_paths, find_seam
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
@@ -410,13 +410,13 @@ def test_scaled_triangles_close_around_vertices_and_along_handles() -> None:
     corners = surface.V[surface.F.T]
     length = np.linalg.norm(np.roll(corners, -1, axis=0) - np.roll(corners, -2, axis=0), axis=2)
     u = 0.3 * np.sin(3 * surface.V / np.ptp(surface.V)).sum(axis=1)
-    alpha, impossible = rescale_triangles(surface.topology, length, u)
+    alpha, impossible = compute_rescaled_angles(surface.topology, length, u)
     assert len(paths) == 2 and not impossible.any()
     missing = residual(build_constraints(surface.topology, paths=paths), alpha)
     assert max(np.abs(missing.wheel).max(), np.abs(missing.holonomy.gap.real).max()) < 1e-10
     # the angles are far from flat, and far from the angles of the surface
     assert np.abs(missing.vertex).max() > 0.01
-    assert np.abs(alpha - rescale_triangles(surface.topology, length, 0 * u)[0]).max() > 0.01
+    assert np.abs(alpha - compute_rescaled_angles(surface.topology, length, 0 * u)[0]).max() > 0.01
 
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # warns that a one-sided surface is cut open

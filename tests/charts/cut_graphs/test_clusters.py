@@ -116,9 +116,9 @@ def test_seams_found_on_clusters_cost_no_more_than_on_the_surface(name: str, mon
     for most in (piece.graph.n, clusters.MAX_CLUSTERS):
         monkeypatch.setattr(clusters, "MAX_CLUSTERS", most)
         edges = SeamSearch(6.0, LinABF())._find_seam_of_component(
-            CreasedSurface(part), False, _PanelSeams.empty(1), 0
+            CreasedSurface(part), False, _PanelSeams.make_empty(1), 0
         )
-        costs.append(compute_seam_cost(piece, piece.graph.edges_between(*node[edges].T), 6.0))
+        costs.append(compute_seam_cost(piece, piece.graph.find_edges_between(*node[edges].T), 6.0))
     assert costs[1] <= 1.03 * costs[0]
 
 

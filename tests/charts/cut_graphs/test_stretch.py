@@ -74,13 +74,13 @@ def bumpy_square(n: int = 22) -> tuple[np.ndarray, np.ndarray]:
 def test_a_leaf_of_an_isometric_seam_saves_much_for_its_length() -> None:
     closed = ClosedSurface.from_submesh(Submesh.manifold_from_input(*bumpy_square()), isometric=True)
     boundary = np.array([0])
-    far, before, _ = closed.graph.shortest_paths(boundary)
+    far, before, _ = closed.graph.find_shortest_paths(boundary)
     whole, scale = predict_stretch(closed, boundary)
 
     def saved(leaf: int) -> float:
         """Return how much a seam to a node reduces the stretch, divided by the length of the seam."""
         way = closed.graph.find_edges_on_paths(before, [leaf])
-        return (whole - predict_stretch(closed, closed.graph.boundary_nodes(way))[0]) / far[leaf]
+        return (whole - predict_stretch(closed, closed.graph.find_boundary_nodes(way))[0]) / far[leaf]
 
     every = np.array([saved(leaf) for leaf in range(1, closed.graph.n)])
     taken = int(np.argmax(estimate_branch_gains(closed, boundary, scale, far)))

@@ -28,7 +28,7 @@ from igl_linabf import (
     unwrap,
 )
 from igl_linabf.io import read_texture
-from igl_linabf.surface import Submesh, face_components
+from igl_linabf.surface import Submesh, label_face_components
 
 CLEAN = ("a body whose faces without area were removed", "bodies through each other")
 
@@ -70,13 +70,13 @@ def test_sheets_are_cut_apart_and_the_best_pair_stays_joined() -> None:
     V, F = NASTY["three sheets at an edge"]()
     _, new_F, _, repairs = clean(V, F)
     assert [r.kind for r in repairs] == ["crowded"]
-    label = face_components(new_F, new_F.max() + 1)
+    label = label_face_components(new_F, new_F.max() + 1)
     assert np.bincount(label).tolist() == [98, 98]
     # the bent sheet is one component, not one half of it joined to the upright sheet
     assert (label[:98] == 0).all()
     V, F = NASTY["two cubes at an edge"]()
     _, new_F, _, _ = clean(V, F)
-    assert (face_components(new_F, new_F.max() + 1) == np.arange(24) // 12).all()
+    assert (label_face_components(new_F, new_F.max() + 1) == np.arange(24) // 12).all()
 
 
 def test_the_repaired_orientation_is_consistent_and_the_result_has_the_given_one() -> None:
