@@ -48,7 +48,7 @@ def connect_client(scheduler: str) -> Iterator[Any]:
 
 
 @contextmanager
-def start_local_client(workers: int | None, memory: int | None) -> Iterator[Any]:
+def start_local_client(workers: int | None, memory: int | None, dashboard: bool) -> Iterator[Any]:
     """Start single-threaded workers on this machine; all of them listen on the loopback interface only."""
     import dask
     from dask.system import CPU_COUNT
@@ -80,10 +80,15 @@ def start_local_client(workers: int | None, memory: int | None) -> Iterator[Any]
             memory_limit="auto" if memory is None else int((memory + WORKER_MEMORY) / TERMINATION_SHARE),
             silence_logs=logging.CRITICAL,  # errors are recorded in the table
             preload=["igl_linabf.batch.one_mesh"],
-            scheduler_kwargs={"allowed_failures": 0},  # the batch itself retries the meshes of a dead worker
+            scheduler_kwargs={
+                "allowed_failures": 0,  # the batch itself retries the meshes of a dead worker
+                "dashboard": dashboard,
+            },
         )
         clusters.append(cluster)
         stack.enter_context(cluster)
+        if not dashboard:  # a Dask scheduler starts an HTTP server even without a dashboard
+            cluster.loop.add_callback(cluster.scheduler.http_server.stop)
         stack.enter_context(_replace_lost_workers(cluster, ending))
         yield stack.enter_context(Client(cluster, set_as_default=False))
 

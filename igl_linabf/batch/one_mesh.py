@@ -243,6 +243,10 @@ def _limit_memory(memory: int | None) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_AS, (before, hard))
 
 
-def dask_setup(worker: object) -> None:
-    """Ignore Ctrl-C in a worker, because its parent process handles Ctrl-C. Called by Dask at the start."""
+def dask_setup(worker: Any) -> None:
+    """Prepare a worker; Dask calls this function when the worker starts.
+
+    The worker ignores Ctrl-C, because its parent process handles Ctrl-C. Its HTTP server is not needed.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    worker.http_server.stop()

@@ -117,6 +117,7 @@ def flatten_files(
     retry: bool = False,
     force: bool = False,
     allow_outside: bool = False,
+    dashboard: bool = False,
     progress: Progress = None,
 ) -> Batch:
     """Unwrap many mesh files on many processes or machines, with Dask.
@@ -184,8 +185,11 @@ def flatten_files(
         Replace files in `out` that were not written by a batch.
     allow_outside : bool
         As in `read_file`.
+    dashboard : bool
+        Print the address of Dask's dashboard on stderr. The dashboard is a web page that shows the work of
+        each worker. Workers on this machine have a dashboard only if `dashboard` is True.
     progress : callable or False, optional
-        As in `flatten`; by default the address of Dask's dashboard is also printed on stderr.
+        As in `flatten`.
 
     Returns
     -------
@@ -247,10 +251,10 @@ def flatten_files(
                     remove = partial(places.remove_temporaries, {task.row.output for task in tasks}, folder)
                     stack.callback(remove)
                     stack.enter_context(undo_at_interrupt(remove))
-                    client = stack.enter_context(start_local_client(workers, settings.memory))
+                    client = stack.enter_context(start_local_client(workers, settings.memory, dashboard))
                 else:
                     client = stack.enter_context(connect_client(scheduler))
-                if progress is None and sys.stderr is not None:
+                if dashboard and sys.stderr is not None:
                     print(f"igl-linabf: dashboard at {client.dashboard_link}", file=sys.stderr)
                 tell = stack.enter_context(count_steps("batch", len(tasks), progress))
                 start = perf_counter()

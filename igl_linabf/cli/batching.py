@@ -66,6 +66,9 @@ def run_batch(
     retry: Annotated[bool, Option("retry meshes that died, ran out of memory or failed before")] = False,
     force: Annotated[bool, Option("replace files in OUT that were not written by a batch")] = False,
     allow_outside: Annotated[bool, ALLOW_OUTSIDE] = False,
+    dashboard: Annotated[
+        bool, Option("serve Dask's dashboard, a web page about the workers, and print its address")
+    ] = False,
 ) -> ExitCode:
     """Unwrap many files on all cores or a cluster, with Dask; a second run resumes an interrupted one.
 
@@ -96,6 +99,7 @@ def run_batch(
     $SUBJECTS_DIR -o flat/ --how cortex --workers 8    # a folder for each subject
     scans/ -o maps/ --retry    # meshes that died before
     scans/ -o maps/ --force    # replaces maps from other programs
+    scans/ -o maps/ --dashboard    # with a web page about the workers
     scans/ -o maps/ --scheduler tcp://10.0.0.1:8786
     """
     if (cone_angles is not None or period is not None) and cones is None:
@@ -123,6 +127,7 @@ def run_batch(
         retry=retry,
         force=force,
         allow_outside=allow_outside,
+        dashboard=dashboard,
     )
     print(done, flush=True)
     return ExitCode.GOOD if done.good else ExitCode.NOT_VALID
