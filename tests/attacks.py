@@ -436,6 +436,27 @@ def _(folder: Path) -> Path:
     return write("a.obj", "\n".join(lines).encode())(folder)
 
 
+@register_attack("OBJ: a face of 4,000 random corners", "right")
+def _(folder: Path) -> Path:
+    places = np.random.default_rng(0).random((4_000, 3)).tolist()
+    lines = [f"v {x} {y} {z}" for x, y, z in places] + ["f " + " ".join(map(str, range(1, 4_001)))]
+    return write("a.obj", "\n".join(lines).encode())(folder)
+
+
+@register_attack("MTL: 30,000 images of UDIM tiles", "right, without images")
+def _(folder: Path) -> Path:
+    (folder / "a.mtl").write_text(
+        "newmtl red\n" + "".join(f"map_{i} {i}.<UDIM>.png\n" for i in range(30_000))
+    )
+    return write_obj(folder, "mtllib a.mtl\nusemtl red\n")
+
+
+@register_attack("MTL: an image with a million folders in its path", "right, without images")
+def _(folder: Path) -> Path:
+    (folder / "a.mtl").write_text(f"newmtl red\nmap_Kd {'a/' * 10**6}b.png\n")
+    return write_obj(folder, "mtllib a.mtl\nusemtl red\n")
+
+
 PLY_HEAD = "ply\nformat {} 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
 register_attack("PLY: 4,000,000,000 vertices")(
     write("a.ply", (PLY_HEAD.format("binary_little_endian", 4 * 10**9) + "end_header\n").encode() + bytes(99))
@@ -449,6 +470,18 @@ register_attack("PLY: a list of 2^32 - 1 corners")(
         ).encode()
         + bytes(36)
         + b"\xff" * 4,
+    )
+)
+register_attack("PLY: 10,000 lists of 0 or 1 numbers")(
+    write(
+        "a.ply",
+        (
+            PLY_HEAD.format("binary_little_endian", 0)
+            + "element rows 500\n"
+            + "".join(f"property list uchar uchar p{i}\n" for i in range(10_000))
+            + "element face 0\nproperty list uchar int vertex_indices\nend_header\n"
+        ).encode()
+        + b"".join(b"\x01\0" * k + b"\0" * (10_000 - k) for k in range(500)),
     )
 )
 register_attack("PLY: properties that control a terminal")(
@@ -587,6 +620,24 @@ register_attack("VTP: a binary offset of 10^15 corners")(
     write(
         "a.vtp", re.sub(rb'offsets" format="ascii">[^<]*', b'offsets" format="binary">' + FAR_OFFSETS, vtp())
     )
+)
+for method in ("ZLib", "LZ4", "LZMA"):
+
+    @register_attack(f"VTP: an offset of 10^15 corners compressed by {method}")
+    def compressed_offsets(folder: Path, method: str = method) -> Path:
+        numbers, packed = np.full(20, 10**15).tobytes(), bytearray(1000)
+        module = il.io.import_optional("vtkmodules.vtkIOCore")
+        compressor = getattr(module, f"vtk{method}DataCompressor")()
+        size = compressor.Compress(numbers, len(numbers), packed, len(packed))
+        header = base64.b64encode(struct.pack("<4I", 1, len(numbers), 0, size))
+        data = header + base64.b64encode(bytes(packed[:size]))
+        text = re.sub(rb'offsets" format="ascii">[^<]*', b'offsets" format="binary">' + data, vtp())
+        root = f'version="0.1" compressor="{compressor.GetClassName()}"'.encode()
+        return write("a.vtp", text.replace(b'version="0.1"', root))(folder)
+
+
+register_attack("VTP: an unknown compressor")(
+    write("a.vtp", vtp().replace(b"byte_order", b'compressor="vtkXDataCompressor" byte_order'))
 )
 register_attack("VTP: 10^5 nested elements")(
     write("a.vtp", vtp().replace(b"<Points>", b"<a>" * 10**5 + b"</a>" * 10**5 + b"<Points>"))

@@ -7,6 +7,7 @@ file from a stranger may refer to any file of this computer.
 import os
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,10 +15,10 @@ from ..charts import FIRST_UDIM_TILE
 from ..errors import MeshError
 
 REMEDY = "move the file into it, or allow the reference by allow_outside=True"
-
-
 MAX_UDIM_PAGES = 100  # rows of ten pages: the tiles 1001 to 1100
-TILE_PATTERN = re.compile(r"<UDIM>|(?<!\d)1001(?!\d)", re.IGNORECASE)  # the tile in the name of an image
+TILE_PATTERN = re.compile(r"(<UDIM>|(?<!\d)1001(?!\d))(?=[^/\\]*$)", re.IGNORECASE)  # in an image's name
+NUMBER_PATTERN = re.compile(r"(?=(\d{4}))")  # also finds numbers that overlap
+MAX_NAME_LENGTH = 4096  # longest path of Linux
 
 
 @dataclass(frozen=True)
@@ -57,15 +58,30 @@ class Folder:
 
         The name contains <UDIM>, or it contains 1001 and there is a file for another tile.
         """
-        places = [*TILE_PATTERN.finditer(name)]
+        places = [*TILE_PATTERN.finditer(name)] if len(name) <= MAX_NAME_LENGTH else []
         if not places:
             return {}
         begin, end = places[-1].span()
-        tiles = {
-            page: f"{name[:begin]}{FIRST_UDIM_TILE + page}{name[end:]}" for page in range(MAX_UDIM_PAGES)
+        numbers = range(FIRST_UDIM_TILE, FIRST_UDIM_TILE + MAX_UDIM_PAGES)
+        tiles = [f"{name[:begin]}{number}{name[end:]}" for number in numbers]
+        listed = self._list_numbers_beside(tiles[0])
+        found = {
+            page: file
+            for page, tile in enumerate(tiles)
+            if str(numbers[page]) in listed and (file := self.find_file(tile)) is not None
         }
-        found = {page: file for page, tile in tiles.items() if (file := self.find_file(tile)) is not None}
-        return found if len(found) > 1 or places[-1][0].upper() == "<UDIM>" else {}
+        return found if len(found) > 1 or places[-1][1].upper() == "<UDIM>" else {}
+
+    def _list_numbers_beside(self, name: str) -> set[str]:
+        """Return all numbers of four digits in the names of the files in the folder of a referenced file.
+
+        Looking up each of a hundred tiles would take milliseconds for each image.
+        """
+        self.find_file(name)  # raises an error if the folder must not be read
+        folder = (self.path / name.replace("\\", "/")).parent
+        with suppress(OSError, ValueError):  # there is no such folder
+            return {number for entry in os.listdir(folder) for number in NUMBER_PATTERN.findall(entry)}
+        return set()
 
     def contains(self, name: str) -> bool:
         """Return True if a reference points to an existing file, and may be followed."""
@@ -95,6 +111,8 @@ class Folder:
 
     def _find_allowed_file(self, name: str) -> tuple[Path | None, bool]:
         """Return the file of a reference, or None, and whether the reference may be followed."""
+        if len(name) > MAX_NAME_LENGTH:
+            return None, True
         for candidate in dict.fromkeys((name, name.replace("\\", "/"))):
             try:
                 if not self._is_allowed(candidate):

@@ -133,7 +133,8 @@ def _clip_ears(polygon: FloatArray) -> IntArray:
     flat = np.column_stack((points @ across, points @ np.cross(normal, across)))
     k = len(flat)
     before, after = np.roll(np.arange(k), 1), np.roll(np.arange(k), -1)
-    remaining, cost, blocked = np.ones(k, dtype=bool), np.empty(k), np.zeros(k, dtype=bool)
+    remaining, cost = np.ones(k, dtype=bool), np.empty(k)
+    corner_inside = np.full(k, -1)  # a corner that lies in the ear at each corner, so that it is not clipped
 
     def rate_ears(i: int | IntArray) -> None:
         a, b, c = flat[before[i]], flat[i], flat[after[i]]
@@ -146,11 +147,14 @@ def _clip_ears(polygon: FloatArray) -> IntArray:
     made = np.empty((k - 2, 3), dtype=np.int64)
     for t in range(k - 2):
         while True:
-            ear = int(np.argmin(np.where(blocked | ~remaining, np.inf, cost)))
-            stuck = blocked[ear] or not remaining[ear] or cost[ear] >= COST_OF_TURNED_TRIANGLE
-            if stuck or not _contains_corner(flat, before[ear], ear, after[ear], remaining):
+            is_blocked = ~remaining | (corner_inside >= 0)
+            ear = int(np.argmin(np.where(is_blocked, np.inf, cost)))
+            stuck = is_blocked[ear] or cost[ear] >= COST_OF_TURNED_TRIANGLE
+            if stuck:
                 break
-            blocked[ear] = True
+            corner_inside[ear] = _find_corner_inside(flat, before[ear], ear, after[ear], remaining)
+            if corner_inside[ear] < 0:
+                break
         if stuck:  # the polygon crosses itself: clip the cheapest ear
             ear = int(np.argmin(np.where(remaining, cost, np.inf)))
         i, j = before[ear], after[ear]
@@ -158,18 +162,20 @@ def _clip_ears(polygon: FloatArray) -> IntArray:
         remaining[ear], after[i], before[j] = False, j, i
         rate_ears(i)
         rate_ears(j)
-        blocked[:] = False
+        corner_inside[[i, j]] = -1
+        corner_inside[corner_inside == ear] = -1
     return made
 
 
-def _contains_corner(flat: FloatArray, i: int, ear: int, j: int, remaining: BoolArray) -> bool:
-    """Return True if a remaining corner lies in an ear, or on the side where the ear is cut off."""
+def _find_corner_inside(flat: FloatArray, i: int, ear: int, j: int, remaining: BoolArray) -> int:
+    """Return a remaining corner in an ear, or on the side where the ear is cut off; -1 if there is none."""
     a, b, c = flat[i], flat[ear], flat[j]
     inside = remaining & (_compute_double_area(a, b, flat) > 0) & (_compute_double_area(b, c, flat) > 0)
     inside &= _compute_double_area(c, a, flat) >= 0
     inside[[i, ear, j]] = False
     places = np.flatnonzero(inside)
-    return bool(((flat[places] != a).any(axis=1) & (flat[places] != c).any(axis=1)).any())
+    places = places[(flat[places] != a).any(axis=1) & (flat[places] != c).any(axis=1)]
+    return int(places[0]) if len(places) else -1
 
 
 def _compute_double_area(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:

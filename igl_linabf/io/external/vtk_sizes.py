@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 from xml.parsers.expat import ParserCreate
 
-from ..limits import MAX_DIGITS, check_expansion, inflate, parse_size, parse_xml, reject_entities
-from ..parsing import Damaged
+from ..limits import MAX_DIGITS, check_expansion, parse_size, parse_xml, reject_entities
+from ..parsing import Damaged, import_optional
 
 VALUE_BYTES = 8  # VTK's largest number type has 8 bytes
 COUNTS = [f"NumberOf{what}" for what in ("Points", "Verts", "Lines", "Strips", "Polys", "Tuples")]
 ARRAYS = ("DataArray", "Array")
+COMPRESSORS = [f"vtk{method}DataCompressor" for method in ("ZLib", "LZ4", "LZMA")]
 OFFSET_PATTERN = re.compile(r"\d+")
 NO_SPACE_PATTERN = re.compile(rb"\S")
 MAX_DEPTH = 100  # maximum number of nested elements; VTK visits them recursively
@@ -49,10 +50,10 @@ class _Stream:
         found = self._read(0, length).ljust(length, b"\0")
         return [int.from_bytes(found[k : k + self.word], self.order) for k in range(0, length, self.word)]
 
-    def read_last_number(self, width: int, is_compressed: bool) -> int:
-        """Return the last number, of `width` bytes, of an array; 0 if its compression is not zlib."""
+    def read_last_number(self, width: int, compressor: str) -> int:
+        """Return the last number, of `width` bytes, of an array; 0 for damaged data, which VTK reports."""
         first, block, last = self.read_words(3)
-        if not is_compressed:
+        if not compressor:
             begin = self.word + first - width
             return 0 if first < width else int.from_bytes(self._read(begin, width), self.order)
         packed = self.read_words(3 + first)[3:] or [0]
@@ -60,9 +61,7 @@ class _Stream:
         begin = header if self.is_raw else 4 * -(-header // 3)  # a header in base64 is encoded separately
         blocks = replace(self, start=self._find_start() + begin)
         data = blocks._read(sum(packed[:-1]), packed[-1])
-        with suppress(Damaged):  # VTK reports it
-            return int.from_bytes(inflate(data, last or block, "an array")[-width:], self.order)
-        return 0
+        return int.from_bytes(_uncompress(compressor, data, last or block)[-width:], self.order)
 
     def _find_start(self) -> int:
         """Return the position of the first byte or, in base64, of the first character after white space."""
@@ -77,6 +76,16 @@ class _Stream:
         return b""
 
 
+def _uncompress(compressor: str, data: bytes, size: int) -> bytes:
+    """Return `size` bytes that one of VTK's compressors has compressed, or none if the data are damaged."""
+    module = import_optional("vtkmodules.vtkIOCore")
+    if compressor not in COMPRESSORS:
+        raise Damaged(f"its compressor is {compressor[:40]!r}, not one of {', '.join(COMPRESSORS)}")
+    found = bytearray(size)
+    n = getattr(module, compressor)().Uncompress(data, len(data), found, size)
+    return bytes(found[:n])
+
+
 def check_announced_sizes(data: bytes) -> None:
     """Raise `Damaged` if announced sizes are out of proportion to the file, or XML entities are declared."""
     reject_entities(data)
@@ -85,21 +94,21 @@ def check_announced_sizes(data: bytes) -> None:
     values = sum(parse_size(element.attributes, count, 0) for element in elements for count in COUNTS)
     values *= max(width, 1)
     check_expansion(VALUE_BYTES * values, size, "its points and cells")
-    is_compressed = bool(elements[0].attributes.get("compressor"))
+    compressor = elements[0].attributes.get("compressor", "")
     for element, stream in _list_streams(data, elements):
         (first,) = stream.read_words(1)
-        if not is_compressed and first > size:
+        if not compressor and first > size:
             raise Damaged(f"an array announces {first:,} bytes, but the file has {size:,}")
-        if is_compressed and stream.word * first > size:
+        if compressor and stream.word * first > size:
             raise Damaged(f"an array announces {first:,} blocks, but the file has {size:,} bytes")
-        if is_compressed:
+        if compressor:
             _, block, last, *packed = stream.read_words(3 + first)
             check_expansion(first * block + last, size, "an array")
             if sum(packed) > size:
                 raise Damaged(f"an array announces {sum(packed):,} compressed bytes of {size:,} in the file")
         if element.attributes.get("Name") == "offsets":
             width = 4 if "32" in element.attributes.get("type", "") else 8
-            corners = stream.read_last_number(width, is_compressed)
+            corners = stream.read_last_number(width, compressor)
             check_expansion(VALUE_BYTES * corners, size, "the corners of its cells")
 
 

@@ -5,7 +5,7 @@ import re
 import warnings
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import cache
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -48,6 +48,7 @@ CORNER_TEXTURE = "texcoord"  # face property: list of u and v of each corner
 SECOND_MAP_SUFFIX = "1"  # appended to names of second texture coordinates; not in the PLY standard
 INDEX_NAMES = ("vertex_indices", "vertex_index")
 IMAGE_COMMENT = "TextureFile"  # first word of a comment that names an image
+MAX_PROPERTIES_WITH_LISTS = 64  # each combination of list sizes takes about 700 bytes per property
 MAX_ROW_COUNT_DIGITS = 12  # digits of an element's row count, so that headers cannot cause overflow
 
 
@@ -261,6 +262,11 @@ def _parse_header(data: bytes) -> tuple[str, list[Element], list[str], int, int]
         names = [prop.name for prop in element.properties]
         if not names or len(set(names)) < len(names):
             raise Damaged(f"its element {element.name} has no properties, or two with the same name")
+        if len(names) > MAX_PROPERTIES_WITH_LISTS and any(prop.length for prop in element.properties):
+            raise Damaged(
+                f"its element {element.name} has lists and {len(names):,} properties: "
+                f"at most {MAX_PROPERTIES_WITH_LISTS} are read"
+            )
     if len({element.name for element in elements}) < len(elements):
         raise Damaged("it has two elements with the same name")
     return order, elements, comments, start, line
@@ -324,7 +330,7 @@ def _read_element(data: bytes, start: int, element: Element, order: str) -> tupl
     }, start
 
 
-@cache
+@lru_cache(1024)
 def make_row_dtype(properties: tuple[Property, ...], sizes: tuple[int, ...], order: str) -> np.dtype[Any]:
     fields: list[Any] = []
     for k, (prop, size) in enumerate(zip(properties, sizes, strict=True)):
