@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from enum import Enum
 
-from ..charts import Packing
 from ..errors import FallbackWarning, stack_level
 
-DEFAULT_RESOLUTION = 1024  # texels along a page if the options do not determine them
-FILTERED_TEXELS = 2  # texels between charts such that no bilinear lookup reads texels of two charts
 IGNORED_PACKING = ("max_chart_size", "blockAlign", "bruteForce")
 ROTATIONS = ("rotate_charts_to_axis", "rotate_charts")
 
@@ -107,27 +104,6 @@ class PackOptions:
     create_image: bool = False
     rotate_charts_to_axis: bool = True
     rotate_charts: bool = True
-
-    @property
-    def has_open_resolution(self) -> bool:
-        """Whether the resolution of the page follows from `texels_per_unit`."""
-        return not self.resolution and bool(self.texels_per_unit)
-
-    @property
-    def resolution_or_default(self) -> int:
-        """The given resolution, or the default resolution of the first packing."""
-        return self.resolution or DEFAULT_RESOLUTION
-
-    @property
-    def packing(self) -> Packing:
-        """The packing at the first resolution, at the given texel density if both are given."""
-        density = self.texels_per_unit if self.resolution and self.texels_per_unit else None
-        return replace(self.packing_at_resolution(self.resolution_or_default), texel_density=density)
-
-    def packing_at_resolution(self, resolution: int) -> Packing:
-        """Return the packing for one page of a resolution."""
-        padding = max(self.padding, FILTERED_TEXELS * self.bilinear)
-        return Packing(resolution=resolution, padding=padding)
 
 
 def warn_of_ignored_options(charts: ChartOptions, pack: PackOptions, *, keeps_rotation: bool) -> None:

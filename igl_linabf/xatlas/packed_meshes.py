@@ -22,6 +22,8 @@ from ..surface import (
 )
 from .options import PackOptions
 
+DEFAULT_RESOLUTION = 1024  # texels along a page if the options do not determine them
+FILTERED_TEXELS = 2  # texels between charts such that no bilinear lookup reads texels of two charts
 ROUNDING = 1e-14  # largest double area that counts as zero, relative to the largest coordinate squared
 
 
@@ -95,14 +97,15 @@ class PackedMeshes:
 
 def unwrap_meshes(meshes: Sequence[GivenMesh], options: PackOptions) -> PackedMeshes:
     """Unwrap meshes onto common pages."""
-    resolution, packing = options.resolution_or_default, options.packing
+    resolution = options.resolution or DEFAULT_RESOLUTION
+    packing = _make_packing(options, resolution)
     atlases = [_unwrap_quietly(mesh, packing) for mesh in meshes]
     if len(atlases) > 1:
         atlases = pack_together(atlases, packing)
     scale = max(atlas.report.scale for atlas in atlases)
-    if options.has_open_resolution and scale:
+    if _is_resolution_open(options) and scale:
         resolution = int(np.ceil(options.texels_per_unit / scale))
-        atlases = pack_together(atlases, options.packing_at_resolution(resolution))
+        atlases = pack_together(atlases, _make_packing(options, resolution))
         scale = max(atlas.report.scale for atlas in atlases)
     made = [_split_at_seams(*pair) for pair in zip(meshes, atlases, strict=True)]
     return PackedMeshes(made, resolution, scale)
@@ -113,16 +116,28 @@ def pack_uv_meshes(meshes: Sequence[GivenMesh], options: PackOptions) -> PackedM
     divided = [_divide_into_charts(mesh) for mesh in meshes]
     charts = [chart for mesh in divided for chart in _list_charts(mesh)]
     rotate = options.rotate_charts or options.rotate_charts_to_axis
-    resolution = options.resolution_or_default
-    placed = pack_charts(charts, options.packing, rotate=rotate)
-    if options.has_open_resolution and placed:
+    resolution = options.resolution or DEFAULT_RESOLUTION
+    placed = pack_charts(charts, _make_packing(options, resolution), rotate=rotate)
+    if _is_resolution_open(options) and placed:
         resolution = int(np.ceil(options.texels_per_unit / abs(placed[0].ratio)))
-        placed = pack_charts(charts, options.packing_at_resolution(resolution), rotate=rotate)
+        placed = pack_charts(charts, _make_packing(options, resolution), rotate=rotate)
     made, first = [], 0
     for mesh in divided:
         made.append(_place_charts(mesh, placed[first : first + len(mesh.page)]))
         first += len(mesh.page)
     return PackedMeshes(made, resolution, abs(placed[0].ratio) if placed else 0.0)
+
+
+def _is_resolution_open(options: PackOptions) -> bool:
+    """Return True if the resolution of the page follows from `texels_per_unit`."""
+    return not options.resolution and bool(options.texels_per_unit)
+
+
+def _make_packing(options: PackOptions, resolution: int) -> Packing:
+    """Return the packing at a resolution, with the texel density if the options determine both."""
+    density = options.texels_per_unit or None if options.resolution else None
+    padding = max(options.padding, FILTERED_TEXELS * options.bilinear)
+    return Packing(resolution=resolution, padding=padding, texel_density=density)
 
 
 def _place_charts(mesh: PackedMesh, placed: Sequence[PackedChart]) -> PackedMesh:
