@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from .._runtime import replacing
-from ..cortex import HEMISPHERES, HemisphereName
+from ..cortex import HEMISPHERE_NAMES, HemisphereName
 from ..errors import MeshError
 from ..io import READABLE, normalize_suffix
 
@@ -73,12 +73,12 @@ def find_inputs(
 
 def is_registered_sphere(place: str) -> bool:
     """Return True if the place is the registered sphere of a FreeSurfer subject's hemisphere."""
-    return tuple(Path(place).parts[-2:]) in {("surf", f"{name}.sphere.reg") for name in HEMISPHERES}
+    return tuple(Path(place).parts[-2:]) in {("surf", f"{name}.sphere.reg") for name in HEMISPHERE_NAMES}
 
 
 def get_hemisphere(place: str) -> HemisphereName:
     """Return the hemisphere in the name of a FreeSurfer file."""
-    return next(name for name in HEMISPHERES if Path(place).name.startswith(name))
+    return next(name for name in HEMISPHERE_NAMES if Path(place).name.startswith(name))
 
 
 def _find_local_inputs(place: str, wanted: Callable[[str], bool]) -> list[InputFile]:

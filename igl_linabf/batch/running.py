@@ -23,7 +23,7 @@ import numpy as np
 
 from .._runtime import Progress, count_steps, undo_at_interrupt
 from ..charts import ChartOptions, Cones, Packing, resolve_method_of_charts, resolve_options
-from ..cortex import FLAT_PATCH, list_files
+from ..cortex import FLAT_PATCH_NAME, list_output_paths
 from ..errors import escape_control_characters, first_few, format_count, is_number
 from ..flattening import BoundaryName, Method, resolve_method
 from ..io import SUFFIXES, list_companion_files
@@ -378,7 +378,9 @@ def _list_output_files(task: Task) -> list[str]:
     """Return the names of all files written for an input, relative to the folder of the batch."""
     output = task.row.output
     if task.settings.how == "cortex":
-        return [path.as_posix() for path in list_files(Path(output).parent, places.get_hemisphere(output))]
+        return [
+            path.as_posix() for path in list_output_paths(Path(output).parent, places.get_hemisphere(output))
+        ]
     packing, texcoord = task.settings.packing, task.settings.texcoord
     kinds = list_image_kinds(packing.bake)
     beside = list_companion_files(Path(output), None, kinds, packing.pages or 1, bool(texcoord))
@@ -414,7 +416,7 @@ def _name_hemisphere_outputs(found: list[places.InputFile]) -> dict[str, str]:
         folder = escape_path(subject.name)
         if several[subject.name] > 1:
             folder += f"-{sha256(os.fsencode(subject)).hexdigest()[:10]}"
-        names[file.place] = f"{folder}/{Path(file.place).name[:2]}.{FLAT_PATCH}"
+        names[file.place] = f"{folder}/{Path(file.place).name[:2]}.{FLAT_PATCH_NAME}"
     return names
 
 

@@ -4,7 +4,7 @@ import platform
 from importlib import metadata
 
 from .._core import BUILD
-from ..linalg import HOW_TO_GET, find_cholmod_blas, has_cholmod
+from ..linalg import CHOLMOD_INSTALL_HINT, find_cholmod_blas, has_cholmod
 from .jobs import ExitCode
 
 NEEDED = ("libigl", "numpy", "scipy", "shapely", "pillow", "psutil", "rich", "shtab")
@@ -32,7 +32,7 @@ def print_versions() -> ExitCode:
     if has_cholmod():
         print(f"CHOLMOD: yes, with {find_cholmod_blas() or 'an unknown BLAS'}")
     else:
-        print(f"CHOLMOD: no; solver='cholmod' needs it. To get it, {HOW_TO_GET}")
+        print(f"CHOLMOD: no; solver='cholmod' needs it. To get it, {CHOLMOD_INSTALL_HINT}")
     print(f"Core: built for {BUILD}")
     return ExitCode.GOOD
 

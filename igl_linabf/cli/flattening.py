@@ -11,7 +11,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from .._runtime import progress_part, show_progress
-from ..cortex import HEMISPHERES, CutsFrom, WallFrom, flatten_hemispheres, list_files, writing_hemispheres
+from ..cortex import (
+    HEMISPHERE_NAMES,
+    CutSource,
+    WallSource,
+    flatten_hemispheres,
+    list_output_paths,
+    writing_hemispheres,
+)
 from ..errors import MeshWarning, format_count
 from ..flattening import METHODS, Fit, compare, flatten
 from ..io import (
@@ -165,8 +172,8 @@ def flatten_cortex(
     *,
     output: Annotated[Path, FOLDER],
     hemi: Annotated[Literal["lh", "rh", "both"], Option("hemisphere")] = "both",
-    cuts: Annotated[CutsFrom, CUTS] = "template",
-    medial_wall: Annotated[WallFrom, MEDIAL_WALL] = "template",
+    cuts: Annotated[CutSource, CUTS] = "template",
+    medial_wall: Annotated[WallSource, MEDIAL_WALL] = "template",
     template: Annotated[Path | None, TEMPLATE] = None,
     template_sphere: Annotated[Path | None, SPHERE] = None,
     max_distance_error: Annotated[float | None, MAX_ERROR] = None,
@@ -186,13 +193,13 @@ def flatten_cortex(
     monkey -o flat/ --cuts found --medial-wall label --max-distance-error 0.12
     sub-01 -o flat/ --method isometric --weight 1 --quiet --force    # replaces the files in flat/
     """
-    names = HEMISPHERES if hemi == "both" else (hemi,)
+    names = HEMISPHERE_NAMES if hemi == "both" else (hemi,)
     if (template is None) != (template_sphere is None):
         raise ValueError("--template and --template-sphere go together: give both, or neither")
     given = None if template is None or template_sphere is None else (template, template_sphere)
     if not os.access(output if output.exists() else output.parent, os.W_OK):
         raise OSError(None, "the folder is missing or cannot be written to", str(output))
-    check_no_file_exists((path for name in names for path in list_files(output, name)), job.force)
+    check_no_file_exists((path for name in names for path in list_output_paths(output, name)), job.force)
     flats = flatten_hemispheres(
         job.mesh,
         names,
@@ -206,7 +213,7 @@ def flatten_cortex(
     figures: dict[str, Any] = {"good": all(flat.good for flat in flats)}
     for flat in flats:
         name = flat.hemisphere.name
-        files = [str(path) for path in list_files(output, name)]
+        files = [str(path) for path in list_output_paths(output, name)]
         text += [f"{name}: left out are {flat.left_out}", *(f"  {file}" for file in files)]
         figures[name] = {"quality": flat.quality, "left out": flat.left_out, "files": files}
     write = partial(writing_hemispheres, flats=flats)

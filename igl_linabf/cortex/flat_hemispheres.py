@@ -18,16 +18,16 @@ from ..errors import MeshError, MeshWarning, format_count, is_number, stack_leve
 from ..flattening import Flattening, Method, Outcome, flatten, resolve_method
 from ..measures import Distances, Quality, find_overlapping_pairs, measure_quality
 from ..surface import PatchFaces, Submesh, find_patch_faces, scatter_to_input
-from .constants import MAX_OMITTED_SHARE, SOURCE_COUNT
+from .constants import MAX_DISTANCE_SOURCES, MAX_OMITTED_SHARE
 from .found_cuts import find_cuts
-from .subjects import HEMISPHERES, Hemisphere, HemisphereName
+from .subjects import HEMISPHERE_NAMES, Hemisphere, HemisphereName
 from .templates import Template, load_fsaverage_template, read_template
 from .transfer import Cuts, transfer_cuts, transfer_wall
 
 MAX_DISTANCE_ERROR = 0.15  # default bound on the error of distances if cuts are found
 
-CutsFrom = Literal["template", "found"]
-WallFrom = Literal["template", "label"]
+CutSource = Literal["template", "found"]
+WallSource = Literal["template", "label"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -71,7 +71,7 @@ class FlatHemisphere:
     @property
     def border(self) -> BoolArray:
         """Mask of the vertices in the map that have a neighbour outside the map, (#V,)."""
-        return find_border(self.hemisphere.F, self.patch)
+        return mask_border_vertices(self.hemisphere.F, self.patch)
 
     @property
     def left_out(self) -> str:
@@ -96,8 +96,8 @@ def flatten_hemisphere(
     hemisphere: HemisphereName,
     *,
     method: str | Method = "isometric",
-    cuts: CutsFrom = "template",
-    medial_wall: WallFrom = "template",
+    cuts: CutSource = "template",
+    medial_wall: WallSource = "template",
     template: tuple[str | os.PathLike[str], str | os.PathLike[str]] | None = None,
     max_distance_error: float | None = None,
     progress: Progress = None,
@@ -176,9 +176,9 @@ def flatten_hemisphere(
                 assert lines is not None  # because `needs_sphere` is True
                 wall = transfer_wall(lines, sphere)
         if cuts == "found":
-            most = MAX_DISTANCE_ERROR if max_distance_error is None else max_distance_error
+            bound = MAX_DISTANCE_ERROR if max_distance_error is None else max_distance_error
             with progress_part("finding cuts", 0.6):
-                seams = find_cuts(given, wall, most)
+                seams = find_cuts(given, wall, bound)
         else:
             assert lines is not None  # because `needs_sphere` is True
             seams = transfer_cuts(lines, sphere, given.F, wall)
@@ -187,11 +187,11 @@ def flatten_hemisphere(
 
 def flatten_hemispheres(
     subject: str | os.PathLike[str],
-    hemispheres: Iterable[HemisphereName] = HEMISPHERES,
+    hemispheres: Iterable[HemisphereName] = HEMISPHERE_NAMES,
     *,
     method: str | Method = "isometric",
-    cuts: CutsFrom = "template",
-    medial_wall: WallFrom = "template",
+    cuts: CutSource = "template",
+    medial_wall: WallSource = "template",
     template: tuple[str | os.PathLike[str], str | os.PathLike[str]] | None = None,
     max_distance_error: float | None = None,
 ) -> list[FlatHemisphere]:
@@ -227,8 +227,8 @@ def flatten_hemispheres(
     """
 
     def flatten_one(name: HemisphereName) -> FlatHemisphere:
-        of_it = (
-            None if template is None else tuple(_rename_for_hemisphere(Path(path), name) for path in template)
+        own_template = (
+            None if template is None else tuple(_set_hemisphere_prefix(Path(path), name) for path in template)
         )
         return flatten_hemisphere(
             subject,
@@ -236,7 +236,7 @@ def flatten_hemispheres(
             method=method,
             cuts=cuts,
             medial_wall=medial_wall,
-            template=of_it,  # type: ignore[arg-type]
+            template=own_template,  # type: ignore[arg-type]
             max_distance_error=max_distance_error,
             progress=False,
         )
@@ -246,13 +246,13 @@ def flatten_hemispheres(
         return list(threads.map(flatten_one, names))
 
 
-def _rename_for_hemisphere(path: Path, name: HemisphereName) -> Path:
+def _set_hemisphere_prefix(path: Path, name: HemisphereName) -> Path:
     """Replace the prefix "lh." or "rh." of a file name by the prefix of a hemisphere."""
     return path.with_name(name + path.name[2:]) if path.name[:3] in ("lh.", "rh.") else path
 
 
 def _check_options(cuts: str, medial_wall: str, template: object, max_distance_error: float | None) -> None:
-    for name, value, known in (("cuts", cuts, CutsFrom), ("medial_wall", medial_wall, WallFrom)):
+    for name, value, known in (("cuts", cuts, CutSource), ("medial_wall", medial_wall, WallSource)):
         if value not in get_args(known):
             raise ValueError(f"{name} is {value!r}: use {' or '.join(map(repr, get_args(known)))}")
     if "template" not in (cuts, medial_wall) and template is not None:
@@ -296,11 +296,11 @@ def _flatten_patch(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisph
     with progress_part("flattening", 0.8):
         result = flatten(surface.V, surface.F, method=method)
     with progress_part("measuring", 1.0):
-        distances = Distances.measure_within_rings(surface.as_manifold(), most=SOURCE_COUNT)
+        distances = Distances.measure_within_rings(surface.as_manifold(), most=MAX_DISTANCE_SOURCES)
         uv = rotate_superior_up(result.uv, surface.V) * distances.find_best_scale(result.uv)
         error = distances.compute_mean_error(uv)
         uv = scatter_to_input(uv, surface.vertices, len(given.V))
-        patch, tangled, pairs = _remove_overlaps(given, patch, uv)
+        patch, tangled, pairs = _remove_overlapping_border(given, patch, uv)
         surface = Submesh.from_input(given.V, given.F[patch.rows])
         quality = replace(measure_quality(surface, uv[surface.vertices], pairs), distance_error=error)
         if result.outcome is Outcome.OVERLAPPING and not pairs:
@@ -310,7 +310,7 @@ def _flatten_patch(given: Hemisphere, cuts: Cuts, method: Method) -> FlatHemisph
     return FlatHemisphere(given, given.F[patch.rows], uv, cuts, patch, tangled, quality, result)
 
 
-def _remove_overlaps(
+def _remove_overlapping_border(
     given: Hemisphere, patch: PatchFaces, uv: FloatArray
 ) -> tuple[PatchFaces, IntArray, int]:
     """Remove border vertices where the map overlaps.
@@ -318,35 +318,34 @@ def _remove_overlaps(
     Return the remaining patch, the removed vertices, and the number of pairs of faces that still overlap. If
     too many vertices would have to be removed, return the patch unchanged.
     """
-    stays, first, out = np.zeros(len(uv), dtype=bool), patch, list[IntArray]()
-    stays[patch.vertices] = True
+    is_kept, first, removed = np.zeros(len(uv), dtype=bool), patch, list[IntArray]()
+    is_kept[patch.vertices] = True
     while True:
         F = given.F[patch.rows]
         pairs = find_overlapping_pairs(uv, F)
         if not len(pairs):
-            return patch, np.concatenate([np.zeros(0, dtype=np.int64), *out]), 0
+            return patch, np.concatenate([np.zeros(0, dtype=np.int64), *removed]), 0
         touched = np.unique(F[pairs])
-        out.append(touched[find_border(given.F, patch)[touched]])
-        if not len(out[-1]) or sum(map(len, out)) > MAX_OMITTED_SHARE * len(patch.vertices):
+        removed.append(touched[mask_border_vertices(given.F, patch)[touched]])
+        if not len(removed[-1]) or sum(map(len, removed)) > MAX_OMITTED_SHARE * len(patch.vertices):
             pairs = find_overlapping_pairs(uv, given.F[first.rows])
             return first, np.zeros(0, dtype=np.int64), len(pairs)
-        stays[out[-1]] = False
-        patch = find_patch_faces(given.F, stays)
+        is_kept[removed[-1]] = False
+        patch = find_patch_faces(given.F, is_kept)
 
 
-def find_border(F: IntArray, patch: PatchFaces) -> BoolArray:
+def mask_border_vertices(F: IntArray, patch: PatchFaces) -> BoolArray:
     """Return a mask of the vertices in the patch that have a neighbour outside the patch, (#V,)."""
-    out = np.ones(int(F.max()) + 1, dtype=bool)
-    out[patch.vertices] = False
-    border = np.zeros(len(out), dtype=bool)
-    border[F[out[F].any(axis=1)]] = True
-    return np.asarray(border & ~out)
+    is_outside = np.ones(int(F.max()) + 1, dtype=bool)
+    is_outside[patch.vertices] = False
+    border = np.zeros(len(is_outside), dtype=bool)
+    border[F[is_outside[F].any(axis=1)]] = True
+    return np.asarray(border & ~is_outside)
 
 
 def rotate_superior_up(uv: FloatArray, V: FloatArray) -> FloatArray:
     """Rotate the map so that the superior direction, FreeSurfer's z axis, points up."""
     z, height = (uv - uv.mean(axis=0)) @ [1, 1j], V[:, 2] - V[:, 2].mean()
-    towards = complex(height @ z)
-    turn = 1j * np.conj(towards) / abs(towards) if towards else 1.0
-    turned = z * turn
-    return np.column_stack((turned.real, turned.imag))
+    superior = complex(height @ z)
+    rotated = z * (1j * np.conj(superior) / abs(superior) if superior else 1.0)
+    return np.column_stack((rotated.real, rotated.imag))

@@ -14,15 +14,15 @@ from ..surface import Submesh, sum_by_index
 from ..textures import find_covered_texels
 from .flat_hemispheres import FlatHemisphere
 
-PANEL_PIXELS = 900  # side length of a square panel, pixels
-MAX_LOG_AREA = 0.7  # log of the area ratio at the ends of the colour scale: a factor of two
+PANEL_WIDTH = 900  # side length of a square panel, pixels
+MAX_LOG_AREA_RATIO = 0.7  # log of the area ratio at the ends of the colour scale: a factor of two
 SMOOTHING_LENGTH = 2.0  # millimetres over which the drawn curvature is smoothed
 
-SHRUNK, LEVEL, GROWN = (0.15, 0.35, 0.75), (0.95, 0.95, 0.95), (0.75, 0.2, 0.15)  # RGB
-GYRUS, SULCUS = 0.75, 0.35  # grey levels of gyri and sulci
+SHRUNK_COLOUR, UNCHANGED_COLOUR, ENLARGED_COLOUR = (0.15, 0.35, 0.75), (0.95, 0.95, 0.95), (0.75, 0.2, 0.15)
+GYRUS_GREY, SULCUS_GREY = 0.75, 0.35  # grey levels of gyri and sulci
 
 
-def compute_area_changes(flat: FlatHemisphere) -> FloatArray:
+def compute_log_area_ratios(flat: FlatHemisphere) -> FloatArray:
     """Return log(area in the map / area of the surface) around each vertex, (#V,); NaN outside the map."""
     V, F = flat.hemisphere.V, flat.F
     surface = Submesh.from_input(V, F)
@@ -51,24 +51,25 @@ def compute_mean_curvatures(V: FloatArray, F: IntArray) -> FloatArray:
     return np.asarray(curvature)
 
 
-def draw_panels(flat: FlatHemisphere, change: FloatArray) -> Any:
+def draw_flat_hemisphere(flat: FlatHemisphere, change: FloatArray) -> Any:
     """Draw a Pillow image with two panels: the folds, and where the map shrinks or enlarges areas.
 
-    `change` is the result of `compute_area_changes`, with 0 outside the map.
+    `change` is the result of `compute_log_area_ratios`, with 0 outside the map.
     """
     from PIL import Image, ImageDraw
 
     folds = compute_mean_curvatures(flat.hemisphere.V, flat.hemisphere.F)
-    pixel, values = _sample_map(flat, np.column_stack((folds, change / MAX_LOG_AREA)))
-    panels = np.ones((PANEL_PIXELS, 2, PANEL_PIXELS, 3))
-    row, column = np.divmod(pixel, PANEL_PIXELS)
-    panels[row, 0, column] = np.where(values[:, :1] < 0, SULCUS, GYRUS)
+    pixel, values = _interpolate_at_pixels(flat, np.column_stack((folds, change / MAX_LOG_AREA_RATIO)))
+    panels = np.ones((PANEL_WIDTH, 2, PANEL_WIDTH, 3))
+    row, column = np.divmod(pixel, PANEL_WIDTH)
+    panels[row, 0, column] = np.where(values[:, :1] < 0, SULCUS_GREY, GYRUS_GREY)
     shown = np.clip(np.abs(values[:, 1:]), 0, 1)
-    panels[row, 1, column] = (1 - shown) * LEVEL + shown * np.where(values[:, 1:] < 0, SHRUNK, GROWN)
+    colour = np.where(values[:, 1:] < 0, SHRUNK_COLOUR, ENLARGED_COLOUR)
+    panels[row, 1, column] = (1 - shown) * UNCHANGED_COLOUR + shown * colour
     pixels = np.rint(255 * panels[::-1]).astype(np.uint8)
-    image = Image.fromarray(pixels.reshape(PANEL_PIXELS, 2 * PANEL_PIXELS, 3))
+    image = Image.fromarray(pixels.reshape(PANEL_WIDTH, 2 * PANEL_WIDTH, 3))
     pen = ImageDraw.Draw(image)
-    measured, factor = flat.quality, np.exp(MAX_LOG_AREA)
+    measured, factor = flat.quality, np.exp(MAX_LOG_AREA_RATIO)
     texts = (
         f"{flat.hemisphere.subject.name}  {flat.hemisphere.name}\nsulci dark, gyri light",
         f"area: blue shrunk to 1/{factor:.2g}, red enlarged {factor:.2g} times\n"
@@ -77,15 +78,15 @@ def draw_panels(flat: FlatHemisphere, change: FloatArray) -> Any:
         else "area",
     )
     for k, text in enumerate(texts):
-        pen.multiline_text((PANEL_PIXELS * k + 12, 8), text, fill=(0, 0, 0), font_size=18)
+        pen.multiline_text((PANEL_WIDTH * k + 12, 8), text, fill=(0, 0, 0), font_size=18)
     return image
 
 
-def _sample_map(flat: FlatHemisphere, values: FloatArray) -> tuple[IntArray, FloatArray]:
+def _interpolate_at_pixels(flat: FlatHemisphere, values: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return the indices of the panel's pixels in the map, from the lowest row, and their values."""
     uv = flat.uv[flat.F]
     low, high = uv.min(axis=(0, 1)), uv.max(axis=(0, 1))
-    scale = 0.86 * PANEL_PIXELS / (high - low).max()
-    triangles = (uv - (low + high) / 2) * scale + PANEL_PIXELS * np.array([0.5, 0.47])
-    texels = find_covered_texels(triangles, (PANEL_PIXELS, PANEL_PIXELS))
+    scale = 0.86 * PANEL_WIDTH / (high - low).max()
+    triangles = (uv - (low + high) / 2) * scale + PANEL_WIDTH * np.array([0.5, 0.47])
+    texels = find_covered_texels(triangles, (PANEL_WIDTH, PANEL_WIDTH))
     return texels.index, texels.interpolate(values[flat.F])

@@ -15,8 +15,8 @@ from ..io import average_surfaces, call_reader, find_companion_surfaces, import_
 from ..surface import vertex_array
 
 HemisphereName = Literal["lh", "rh"]
-HEMISPHERES: tuple[HemisphereName, ...] = get_args(HemisphereName)
-HOW_TO_GET = "pip install 'igl-linabf[cortex]' reads subjects"
+HEMISPHERE_NAMES: tuple[HemisphereName, ...] = get_args(HemisphereName)
+INSTALL_HINT = "pip install 'igl-linabf[cortex]' reads subjects"
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class Hemisphere:
             The folder is not a subject, or the hemisphere has no surface.
         """
         folder = Path(subject)
-        if name not in HEMISPHERES:
+        if name not in HEMISPHERE_NAMES:
             raise ValueError(f"the hemisphere is {name!r}: use 'lh' or 'rh'")
         paths = find_companion_surfaces(folder / "surf", name)
         if not paths:
@@ -91,7 +91,7 @@ class Hemisphere:
         path = self.subject / "label" / f"{self.name}.cortex.label"
         if not path.is_file():
             raise MeshError(f"{path} is missing, which defines the medial wall: use medial_wall='template'")
-        freesurfer = import_optional("nibabel.freesurfer", HOW_TO_GET)
+        freesurfer = import_optional("nibabel.freesurfer", INSTALL_HINT)
         cortex = np.atleast_1d(call_reader(freesurfer.read_label, path)).astype(np.int64)
         if not len(cortex):
             raise MeshError(f"{path} has no vertices: is it a label? use medial_wall='template'")

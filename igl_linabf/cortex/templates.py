@@ -18,9 +18,9 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError
 from ..io import import_optional, read_file
 from ..surface import connected_labels, number_triangles
-from .subjects import HOW_TO_GET, HemisphereName, scale_to_unit_sphere
+from .subjects import INSTALL_HINT, HemisphereName, scale_to_unit_sphere
 
-WALL_DEPTH = 0.09  # minimum depth of the medial wall, radians; the wall is 0.5 deep, cuts only 0.04
+MIN_WALL_DEPTH = 0.09  # minimum depth of the medial wall, radians; the wall is 0.5 deep, cuts only 0.04
 MIN_CUT_LENGTH = 0.12  # minimum length of a cut, radians; bumps of the wall's outline are up to 0.08 long
 RIM_COST_FACTOR = 2.0  # cost of an edge on the rim of a cut, relative to an inner edge of equal length
 
@@ -50,17 +50,17 @@ class Template:
 def load_fsaverage_template(name: HemisphereName) -> Template:
     """Return the medial wall and the five cuts of the flat map of fsaverage5 in the nilearn package."""
     side = {"lh": "left", "rh": "right"}[name]
-    (points, F), (_, flat) = (_read_fsaverage(f"{kind}_{side}.gii.gz") for kind in ("sphere", "flat"))
+    (points, F), (_, flat) = (_read_fsaverage_arrays(f"{kind}_{side}.gii.gz") for kind in ("sphere", "flat"))
     sphere = scale_to_unit_sphere(np.asarray(points, dtype=np.float64), "fsaverage5")
     return build_template(sphere, F.astype(np.int64), flat)
 
 
-def _read_fsaverage(name: str) -> list[NDArray[Any]]:
+def _read_fsaverage_arrays(name: str) -> list[NDArray[Any]]:
     """Read a surface of fsaverage5 from nilearn's files; importing nilearn itself would take seconds."""
-    nibabel = import_optional("nibabel", HOW_TO_GET)
+    nibabel = import_optional("nibabel", INSTALL_HINT)
     nilearn = find_spec("nilearn")
     if nilearn is None or nilearn.origin is None:
-        raise ImportError(f"No module named 'nilearn', which contains the template: {HOW_TO_GET}")
+        raise ImportError(f"No module named 'nilearn', which contains the template: {INSTALL_HINT}")
     data = gzip.decompress((Path(nilearn.origin).parent / "datasets/data/fsaverage5" / name).read_bytes())
     return [array.data for array in nibabel.GiftiImage.from_bytes(data).darrays]
 
@@ -96,31 +96,31 @@ def build_template(sphere: FloatArray, F: IntArray, kept: IntArray, name: str = 
     length = np.linalg.norm(sphere[edges[:, 0]] - sphere[edges[:, 1]], axis=1)
     inside, rim = np.zeros((2, n), dtype=bool)
     inside[left_out], rim[F[is_kept]] = True, True
-    depth = compute_distances(edges, length, np.flatnonzero(inside & rim), n)[0]
-    deep = inside & (depth > WALL_DEPTH)
+    depth = compute_shortest_paths(edges, length, np.flatnonzero(inside & rim), n)[0]
+    deep = inside & (depth > MIN_WALL_DEPTH)
     if not deep.any():
         raise MeshError(f"{name} leaves out only cuts, no medial wall: give a template with a medial wall")
     deep = _find_largest_component(edges, deep)
-    margin = WALL_DEPTH + 1.5 * float(length.mean())
-    wall = inside & (compute_distances(edges, length, np.flatnonzero(deep), n)[0] <= margin)
-    cuts = _trace_branches(edges, length * np.where(faces == 2, 1.0, RIM_COST_FACTOR), wall, inside)
+    margin = MIN_WALL_DEPTH + 1.5 * float(length.mean())
+    wall = inside & (compute_shortest_paths(edges, length, np.flatnonzero(deep), n)[0] <= margin)
+    cuts = _trace_cuts(edges, length * np.where(faces == 2, 1.0, RIM_COST_FACTOR), wall, inside)
     return Template(sphere, F, wall & ~rim, tuple(sphere[path] for path in cuts))
 
 
-def _trace_branches(edges: IntArray, price: FloatArray, wall: BoolArray, inside: BoolArray) -> list[IntArray]:
+def _trace_cuts(edges: IntArray, price: FloatArray, wall: BoolArray, inside: BoolArray) -> list[IntArray]:
     """Return paths of cuts, longest first, from their tips to the medial wall or to an earlier path."""
     ends, paths = wall.copy(), list[IntArray]()
     while True:
-        distance, before = compute_distances(edges, price, np.flatnonzero(ends), len(wall))
+        distance, before = compute_shortest_paths(edges, price, np.flatnonzero(ends), len(wall))
         far = np.where(inside & np.isfinite(distance), distance, 0.0)
         tip = int(np.argmax(far))
         if far[tip] < MIN_CUT_LENGTH:
             return paths
-        paths.append(trace_to_source(before, tip))
+        paths.append(trace_path_to_source(before, tip))
         ends[paths[-1]] = True
 
 
-def trace_to_source(before: IntArray, vertex: int) -> IntArray:
+def trace_path_to_source(before: IntArray, vertex: int) -> IntArray:
     """Return the path from a vertex to its nearest source, given the predecessors."""
     path = [vertex]
     while before[path[-1]] >= 0:
@@ -128,7 +128,7 @@ def trace_to_source(before: IntArray, vertex: int) -> IntArray:
     return np.array(path, dtype=np.int64)
 
 
-def compute_distances(
+def compute_shortest_paths(
     edges: IntArray, length: FloatArray, sources: IntArray, n: int
 ) -> tuple[FloatArray, IntArray]:
     """Return each vertex's distance to the nearest source along edges, and its predecessor."""
@@ -139,7 +139,7 @@ def compute_distances(
     return np.asarray(distance), np.asarray(before, dtype=np.int64)
 
 
-def _find_largest_component(edges: IntArray, of: BoolArray) -> BoolArray:
+def _find_largest_component(edges: IntArray, members: BoolArray) -> BoolArray:
     """Return the largest connected component of a set of vertices."""
-    label = connected_labels(edges[of[edges].all(axis=1)], len(of))
-    return np.asarray(of & (label == np.bincount(label[of]).argmax()))
+    label = connected_labels(edges[members[edges].all(axis=1)], len(members))
+    return np.asarray(members & (label == np.bincount(label[members]).argmax()))

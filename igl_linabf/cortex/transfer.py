@@ -10,11 +10,11 @@ from scipy.spatial import cKDTree
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError
-from .templates import Template, compute_distances, trace_to_source
+from .templates import Template, compute_shortest_paths, trace_path_to_source
 
 MIN_WALL_WEIGHT = 1e-6  # barycentric weight of wall vertices above which a point is inside the medial wall
 POINTS_PER_EDGE = 2  # points sampled along a template's cut per mean edge length of the subject
-MAX_DETOUR = 0.2  # maximum distance of a cut from the template's cut, radians
+MAX_CUT_DEVIATION = 0.2  # maximum distance of a cut from the template's cut, radians
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +35,10 @@ class Cuts:
     @property
     def is_kept(self) -> BoolArray:
         """Mask of the vertices that are neither in the wall nor on a cut, (#V,)."""
-        stays = ~self.wall
+        is_kept = ~self.wall
         for path in self.paths:
-            stays[path] = False
-        return stays
+            is_kept[path] = False
+        return is_kept
 
 
 def transfer_wall(template: Template, sphere: FloatArray) -> BoolArray:
@@ -62,16 +62,17 @@ def transfer_cuts(template: Template, sphere: FloatArray, F: IntArray, wall: Boo
     ends, paths = wall.copy(), list[IntArray]()
     for line in template.cuts:
         points = _resample_line(line, side / POINTS_PER_EDGE)
-        away = cKDTree(points).query(sphere, distance_upper_bound=MAX_DETOUR)[0][edges].max(axis=1)
-        near = np.isfinite(away)
-        price = length[near] * (1 + (away[near] / side) ** 2)
-        _, before = compute_distances(edges[near], price, np.flatnonzero(ends), len(sphere))
+        vertex_deviation = cKDTree(points).query(sphere, distance_upper_bound=MAX_CUT_DEVIATION)[0]
+        deviation = vertex_deviation[edges].max(axis=1)
+        is_near = np.isfinite(deviation)
+        price = length[is_near] * (1 + (deviation[is_near] / side) ** 2)
+        _, before = compute_shortest_paths(edges[is_near], price, np.flatnonzero(ends), len(sphere))
         tip = int(nearest.query(line[0])[1])
-        paths.append(trace_to_source(before, tip))
+        paths.append(trace_path_to_source(before, tip))
         if not ends[paths[-1][-1]]:
             raise MeshError(
-                f"the cut from vertex {tip} ends more than {100 * MAX_DETOUR:g} mm from the medial wall: "
-                "use medial_wall='template', or another template"
+                f"the cut from vertex {tip} ends more than {100 * MAX_CUT_DEVIATION:g} mm from the medial "
+                "wall: use medial_wall='template', or another template"
             )
         ends[paths[-1]] = True
     return Cuts(wall, tuple(paths))
@@ -81,6 +82,6 @@ def _resample_line(line: FloatArray, spacing: float) -> FloatArray:
     """Resample a line on the unit sphere, so that consecutive points are at most `spacing` apart."""
     step = np.linalg.norm(np.diff(line, axis=0), axis=1)
     along = np.concatenate(([0.0], np.cumsum(step)))
-    at = np.linspace(0.0, along[-1], int(np.ceil(along[-1] / spacing)) + 1)
-    points = np.column_stack([np.interp(at, along, x) for x in line.T])
+    positions = np.linspace(0.0, along[-1], int(np.ceil(along[-1] / spacing)) + 1)
+    points = np.column_stack([np.interp(positions, along, x) for x in line.T])
     return np.asarray(points / np.linalg.norm(points, axis=1, keepdims=True))

@@ -15,21 +15,21 @@ from .._runtime import replacing
 from .._types import FloatArray
 from ..io import import_optional, write_patch
 from .flat_hemispheres import FlatHemisphere
-from .pictures import compute_area_changes, draw_panels
-from .subjects import HOW_TO_GET, HemisphereName
+from .pictures import compute_log_area_ratios, draw_flat_hemisphere
+from .subjects import INSTALL_HINT, HemisphereName
 
-STRUCTURES = {"lh": "CortexLeft", "rh": "CortexRight"}  # GIFTI's names of the hemispheres
-FLAT_PATCH = "cortex.flat.patch.3d"  # the flat map, as a patch
+GIFTI_STRUCTURES = {"lh": "CortexLeft", "rh": "CortexRight"}  # GIFTI's names of the hemispheres
+FLAT_PATCH_NAME = "cortex.flat.patch.3d"  # the flat map, as a patch
 FILE_NAMES = (
     "cortex.patch.3d",  # the vertices of the map at their positions in space
-    FLAT_PATCH,
+    FLAT_PATCH_NAME,
     "cortex.flat.surf.gii",  # the flat map, as a surface
     "cortex.area.shape.gii",  # log(area in the map / area of the surface)
     "cortex.png",
 )
 
 
-def list_files(folder: str | os.PathLike[str], hemisphere: HemisphereName) -> list[Path]:
+def list_output_paths(folder: str | os.PathLike[str], hemisphere: HemisphereName) -> list[Path]:
     """Return the paths of the files that are written for a hemisphere."""
     return [Path(folder) / f"{hemisphere}.{name}" for name in FILE_NAMES]
 
@@ -54,8 +54,8 @@ def write_hemisphere(folder: str | os.PathLike[str], flat: FlatHemisphere) -> No
     Examples
     --------
     >>> import tempfile
-    >>> from igl_linabf.cortex import list_files
-    >>> [path.name for path in list_files(tempfile.mkdtemp(), "lh")][:2]
+    >>> from igl_linabf.cortex import list_output_paths
+    >>> [path.name for path in list_output_paths(tempfile.mkdtemp(), "lh")][:2]
     ['lh.cortex.patch.3d', 'lh.cortex.flat.patch.3d']
     """
     with writing_hemispheres(folder, [flat]):
@@ -69,28 +69,28 @@ def writing_hemispheres(folder: str | os.PathLike[str], flats: Iterable[FlatHemi
     chosen = list(flats)
     with ExitStack() as stack, ThreadPoolExecutor(max(len(chosen), 1)) as threads:
         places = [
-            [stack.enter_context(replacing(path)) for path in list_files(folder, flat.hemisphere.name)]
+            [stack.enter_context(replacing(path)) for path in list_output_paths(folder, flat.hemisphere.name)]
             for flat in chosen
         ]
-        list(threads.map(_write_files_of_map, chosen, places))
+        list(threads.map(_write_map_files, chosen, places))
         yield
 
 
-def _write_files_of_map(flat: FlatHemisphere, places: list[str]) -> None:
+def _write_map_files(flat: FlatHemisphere, places: list[str]) -> None:
     solid, plane, surface, area, picture = places
     vertex, border = flat.patch.vertices, flat.border[flat.patch.vertices]
     write_patch(solid, vertex, border, flat.hemisphere.V[vertex])
     write_patch(plane, vertex, border, flat.uv[vertex])
     points = np.insert(np.nan_to_num(flat.uv), 2, 0.0, axis=1)
     _write_gifti(surface, flat, ("POINTSET", points), ("TRIANGLE", flat.F.astype(np.int32)))
-    change = np.nan_to_num(compute_area_changes(flat))
+    change = np.nan_to_num(compute_log_area_ratios(flat))
     _write_gifti(area, flat, ("SHAPE", change))
-    draw_panels(flat, change).save(picture)
+    draw_flat_hemisphere(flat, change).save(picture)
 
 
 def _write_gifti(path: str, flat: FlatHemisphere, *arrays: tuple[str, FloatArray | Any]) -> None:
-    gifti: Any = import_optional("nibabel.gifti", HOW_TO_GET)
-    meta = {"AnatomicalStructurePrimary": STRUCTURES[flat.hemisphere.name], "GeometricType": "Flat"}
+    gifti: Any = import_optional("nibabel.gifti", INSTALL_HINT)
+    meta = {"AnatomicalStructurePrimary": GIFTI_STRUCTURES[flat.hemisphere.name], "GeometricType": "Flat"}
     made = [
         gifti.GiftiDataArray(
             values if values.dtype == np.int32 else values.astype(np.float32),

@@ -15,7 +15,7 @@ from .scikit_sparse import CholmodInterface, select_interface
 
 SIMPLICIAL_ROWS = 25_000  # with more rows, a supernodal factor is faster than a simplicial factor
 
-HOW_TO_GET = (
+CHOLMOD_INSTALL_HINT = (
     "install SuiteSparse (Debian: apt install libsuitesparse-dev libopenblas0-pthread; macOS: brew install "
     "suite-sparse) and then pip install 'igl-linabf[cholmod]', with 'scikit-sparse<0.5' if SuiteSparse is "
     "older than version 7; conda: conda install -c conda-forge scikit-sparse"

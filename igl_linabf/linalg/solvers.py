@@ -11,7 +11,7 @@ from scipy import sparse
 from .._types import IntArray
 from ..errors import MemoryLimitError
 from . import memory
-from .cholmod import HOW_TO_GET, Cholmod, has_cholmod
+from .cholmod import CHOLMOD_INSTALL_HINT, Cholmod, has_cholmod
 from .factors import Analysis, Cholesky, Factor, to_real_form
 
 SolverName = Literal["auto", "cholmod", "direct"]
@@ -35,7 +35,9 @@ class Solvers:
         if self.solver not in get_args(SolverName):
             raise ValueError(f"solver is {self.solver!r}: use 'auto', 'cholmod' or 'direct'")
         if self.solver == "cholmod" and not has_cholmod():
-            raise ImportError(f"solver='cholmod' needs scikit-sparse, which is not installed: {HOW_TO_GET}")
+            raise ImportError(
+                f"solver='cholmod' needs scikit-sparse, which is not installed: {CHOLMOD_INSTALL_HINT}"
+            )
 
     @property
     def allows_shared_factors(self) -> bool:

@@ -15,7 +15,7 @@ from PIL import Image
 from subjects import made_up_subject
 
 from igl_linabf import distortion
-from igl_linabf.cortex import flatten_hemisphere, list_files, write_hemisphere
+from igl_linabf.cortex import flatten_hemisphere, list_output_paths, write_hemisphere
 from igl_linabf.cortex.pictures import compute_mean_curvatures
 from igl_linabf.io import read_file
 
@@ -34,7 +34,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple:
 
 def test_every_file_keeps_the_vertex_numbers_of_the_subject(made: tuple) -> None:
     flat, folder = made
-    solid, plane, surface, area, picture = list_files(folder / "flat", "lh")
+    solid, plane, surface, area, picture = list_output_paths(folder / "flat", "lh")
     assert sorted((folder / "flat").iterdir()) == sorted((solid, plane, surface, area, picture))
     laid = np.flatnonzero(np.isfinite(flat.uv[:, 0]))
     for path, places in ((solid, flat.hemisphere.V), (plane, np.insert(flat.uv, 2, 0.0, axis=1))):
@@ -111,7 +111,7 @@ def test_a_failed_write_leaves_no_files(made: tuple, tmp_path: Path, monkeypatch
     def broken(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("igl_linabf.cortex.writing.draw_panels", broken)
+    monkeypatch.setattr("igl_linabf.cortex.writing.draw_flat_hemisphere", broken)
     with pytest.raises(OSError, match="No space"):
         write_hemisphere(tmp_path / "flat", made[0])
     assert list((tmp_path / "flat").iterdir()) == []

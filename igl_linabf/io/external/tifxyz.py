@@ -21,7 +21,7 @@ from ...linalg import has_free_memory
 from ..parsing import Damaged, call_reader, check_regular_file, import_optional
 from ..references import Folder
 
-HOW_TO_GET = "pip install 'igl-linabf[scrolls]' reads and writes tifxyz"
+INSTALL_HINT = "pip install 'igl-linabf[scrolls]' reads and writes tifxyz"
 FORMAT = "tifxyz"
 META = "meta.json"
 AXES = ("x", "y", "z")
@@ -168,7 +168,7 @@ def _check_scale(scale: Any, where: str) -> tuple[float, float]:
 
 def _read_image(path: Path, first_channel: bool = False) -> np.ndarray:
     """Read a TIFF image; with `first_channel`, read only the first channel of its first page."""
-    tifffile = import_optional("tifffile", HOW_TO_GET)
+    tifffile = import_optional("tifffile", INSTALL_HINT)
 
     def read_values(name: str) -> Any:
         with tifffile.TiffFile(name, **SINGLE_FILE) as file:
@@ -248,7 +248,7 @@ def write_tifxyz(path: str | os.PathLike[str], segment: Segment, *, force: bool 
 @contextmanager
 def writing_tifxyz(path: str | os.PathLike[str], segment: Segment, *, force: bool = False) -> Iterator[None]:
     """Write a segment to a temporary folder, and rename the folder when the `with` block succeeds."""
-    tifffile = import_optional("tifffile", HOW_TO_GET)
+    tifffile = import_optional("tifffile", INSTALL_HINT)
     target = Path(path)
     points = _round_points(segment)
     valid = points[..., 2] > 0
