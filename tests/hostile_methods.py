@@ -16,7 +16,7 @@ from igl_linabf.flattening import LSCM, Method
 class Hostile(Method):
     """LSCM that crashes or fails on meshes with certain numbers of faces, after a pause.
 
-    On large meshes, the method waits until a file exists, at most for a minute.
+    On large meshes, the method waits until a file exists, at most for ten minutes.
     """
 
     aborts: int = 0
@@ -31,7 +31,7 @@ class Hostile(Method):
     def run(self, mesh, pinned):
         time.sleep(self.pause)
         faces = len(mesh.double_area)
-        end = time.monotonic() + 60
+        end = time.monotonic() + 600
         while 0 < self.waits <= faces and not Path(self.flag).exists() and time.monotonic() < end:
             time.sleep(0.02)
         if faces == self.aborts:

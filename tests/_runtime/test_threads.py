@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -17,7 +18,10 @@ def four(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_results_of_several_threads_are_in_order() -> None:
+    two = threading.Barrier(2)  # each item waits until a second item is in progress
+
     def work(i: int) -> tuple[int, str]:
+        two.wait()
         time.sleep(0.02 * (4 - i % 4))
         return i, threading.current_thread().name
 
@@ -37,16 +41,21 @@ def test_seconds_of_a_stage_add_up_over_threads() -> None:
     assert seconds["work"] > 4 * 0.05  # five calls take at least 0.05 seconds each
 
 
-def test_items_that_have_not_started_are_cancelled_after_an_error() -> None:
-    begun = list[int]()
+def test_items_that_have_not_started_are_cancelled_after_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    begun, cancelled = list[int](), threading.Event()
+    shutdown = ThreadPoolExecutor.shutdown
+
+    def record(pool: ThreadPoolExecutor, *arguments: bool, **options: bool) -> None:
+        shutdown(pool, *arguments, **options)
+        cancelled.set()
 
     def work(i: int) -> None:
         begun.append(i)
-        time.sleep(0.05)
         if i == 0:
             raise RuntimeError("enough")
+        cancelled.wait()
 
+    monkeypatch.setattr(ThreadPoolExecutor, "shutdown", record)
     with pytest.raises(RuntimeError, match="enough"):
         list(map_in_threads(work, range(100)))
-    time.sleep(0.3)
-    assert len(begun) < 20
+    assert len(begun) <= 5  # the item that fails, and an item in each thread

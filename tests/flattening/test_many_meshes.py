@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import re
-import time
 import warnings
 
 import bad_input
@@ -16,7 +15,6 @@ from scipy.spatial import ConvexHull
 
 import igl_linabf as il
 from igl_linabf import ChartOptions
-from igl_linabf._runtime import map_in_threads
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.seams.growth import compute_seam_cost
 from igl_linabf.charts.seams.search import SeamSearch
@@ -132,7 +130,7 @@ def test_a_bad_mesh_gets_an_error_and_does_not_stop_other_meshes() -> None:
         il.flatten_many([good], errors="ignore")
 
 
-def test_threads_change_no_bit_and_an_error_ends_them_all(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
     meshes = [bumps(60 + 7 * k, k, 0.3) for k in range(24)]
     thin = bumps(300)
     # meshes with slivers are solved together with other meshes in one system
@@ -145,18 +143,6 @@ def test_threads_change_no_bit_and_an_error_ends_them_all(monkeypatch: pytest.Mo
     for one, three in zip(*made, strict=True):
         np.testing.assert_array_equal(one.uv, three.uv)
         assert str(one).split("seconds")[0] == str(three).split("seconds")[0]
-    done: list[int] = []
-
-    def work(k: int) -> int:
-        if k == 2:
-            raise MemoryError
-        time.sleep(1e-3)  # otherwise, a busy machine could finish all work before it notices the error
-        done.append(k)
-        return k
-
-    with pytest.raises(MemoryError):
-        list(map_in_threads(work, range(1000)))
-    assert len(done) < 999
 
 
 def test_the_rotation_of_a_symmetric_disk_does_not_depend_on_rounding_errors() -> None:
