@@ -108,7 +108,6 @@ def test_existing_parts_are_not_changed(bootstrap, tmp_path, monkeypatch, capsys
 def test_the_demo_needs_neither_browsers_nor_cholmod(bootstrap, tmp_path, capsys) -> None:
     write_fake_python(tmp_path, cholmod=False)
     bootstrap.main("--demo")
-    assert "building the core" in capsys.readouterr().err
     calls = read_calls(tmp_path / ".venv" / "bin")
     assert [call for call in calls if "[viz]" in call]
     assert not [call for call in calls if "[test]" in call or "cholmod" in call]
@@ -117,6 +116,25 @@ def test_the_demo_needs_neither_browsers_nor_cholmod(bootstrap, tmp_path, capsys
     assert [call for call in read_calls(tmp_path / ".venv" / "bin") if "[test]" in call]
     packages = set(script("bootstrap").missing_packages("no python", for_tests=False))
     assert packages <= {"g++", "gcc", "libc6-dev", "python3-venv", "python3-dev", "libegl1", "libgl1"}
+
+
+@pytest.mark.parametrize("options", [("--demo",), ()])
+def test_each_long_step_is_announced_after_a_line_about_the_total(
+    options: tuple[str, ...], bootstrap, tmp_path, monkeypatch, capsys
+) -> None:
+    write_fake_python(tmp_path, cholmod=True)
+    heard: list[str] = []
+
+    def install(*arguments: str, **_: object) -> subprocess.CompletedProcess[str]:
+        said = capsys.readouterr().err
+        assert said.startswith("bootstrap: ")
+        heard.append(said)
+        return subprocess.CompletedProcess(arguments, 0)
+
+    monkeypatch.setattr(bootstrap, "pip", install)
+    bootstrap.main(*options)
+    assert "into .venv: about 3 minutes" in heard[0].splitlines()[0]
+    assert "compiling the core" in heard[1]
 
 
 def test_the_demo_takes_the_environment_of_the_tests(bootstrap, tmp_path, capsys) -> None:
