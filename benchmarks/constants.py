@@ -35,7 +35,7 @@ import numpy as np
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "igl_linabf"
 FACTORS = (0.5, 2.0)
-LARGEST = 10_500  # triangles of the largest mesh; 10,000 are enough for tips, limbs and overlaps
+LARGEST = 10_500  # triangles of the largest mesh; bodies with limbs and overlapping maps are smaller
 # meshes that are left out, because they take a third of the time and add few results
 SLOW = ("a thousand loose triangles", "rounded plate, finer")
 TIMEOUT = 300  # time limit of a process in seconds

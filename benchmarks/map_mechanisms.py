@@ -219,11 +219,11 @@ def main() -> None:
     print(
         "A mechanism is switched off in each row. The second column counts the maps that change without\n"
         "the mechanism: F/3nt by more than a thousandth, or flips or outcome. F/3nt and L2 are the\n"
-        "medians of the ratios without / with the mechanism, for the kind of map where they are\n"
-        "largest. The next column counts outcomes that get worse, and outcomes that get better. Time is\n"
-        "the CPU time of all maps without the mechanism divided by the time with it. The slowest verb is\n"
-        "the kind of map with the largest median of this ratio. The verdict is whether these figures\n"
-        "justify the mechanism, or what else breaks without it.\n"
+        "medians of the value without the mechanism over the value with it, for the kind of map\n"
+        "where they are largest. The next column counts outcomes that get worse, and outcomes that get\n"
+        "better. Time is the CPU time of all maps without the mechanism divided by the time with it. The\n"
+        "slowest verb is the kind of map with the largest median of this ratio. The verdict is whether\n"
+        "these figures justify the mechanism, or what else breaks without it.\n"
     )
     print("| switched off | maps that change | F/3nt | L2 | worse, better | time | slowest verb | verdict |")
     print("|---" * 8 + "|")

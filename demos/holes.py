@@ -27,7 +27,7 @@ from igl_linabf.plot import fit
 
 
 def crown_without_tips() -> tuple[np.ndarray, np.ndarray]:
-    """Return the crown of `high_curvature.py` without its tips, a disk with seven holes."""
+    """Return the crown of `high_curvature.py` with its tips cut off; it is a disk with seven holes."""
     V, F = rings(40, crown)
     V, F, *_ = igl.remove_unreferenced(V, F[V[F][..., 2].max(axis=1) < 0.45])
     return V, F

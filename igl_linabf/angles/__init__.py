@@ -12,7 +12,7 @@ from .steps import (
     ROUGH_RTOL,
     AbfResult,
     AngleProblem,
-    DiskBlocks,
+    DiskRanges,
     HolonomyAngles,
     Iterate,
     Linearisation,

@@ -66,7 +66,7 @@ def flatten_by_scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
         z = complex_positions(igl.spectra.lscm(scale * mesh.V, mesh.faces))
     except RuntimeError:
         raise _make_no_map_error(mesh, "igl.spectra.lscm") from None
-    # restore the orientation, which is arbitrary, like the sign and the order of the coordinates
+    # the eigenvectors may give a mirrored map
     backwards = len(find_flipped_faces(z, mesh.topology.corner)) > mesh.topology.corner.shape[1] / 2
     z = z.conj() if backwards else z
     covered = signed_double_areas(z, mesh.topology.corner).sum() / 2

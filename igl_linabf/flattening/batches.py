@@ -10,7 +10,7 @@ from .._runtime import stopwatch, time_stage
 from .._types import BoolArray, FloatArray, IntArray
 from ..angles import (
     AngleProblem,
-    DiskBlocks,
+    DiskRanges,
     Iterate,
     State,
     StepAndChord,
@@ -81,7 +81,7 @@ def flatten_linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
     with time_stage("assembly"):
         constraints = build_constraints(topology)
         problem = AngleProblem(
-            constraints, estimate, solvers, side_by_side=DiskBlocks.from_disks(constraints, disks)
+            constraints, estimate, solvers, side_by_side=DiskRanges.from_disks(constraints, disks)
         )
     stepped = take_step_and_chord(
         State(problem, problem.initial_iterate), method.rtol or STEP_AND_CHORD_RTOL, method.tol
@@ -135,7 +135,7 @@ def iterate_isometric_maps(
         return
     alpha, constraints = compute_flat_angles(z, corner), build_constraints(disks.topology)
     at = Iterate.from_angles(constraints, alpha)
-    after = DiskBlocks.from_disks(constraints, disks).residuals(at.residual).T
+    after = DiskRanges.from_disks(constraints, disks).residuals(at.residual).T
     scale = signed_double_areas(z, corner) / disks.double_area
     ratio = compute_bounded_ratio(faces.max(scale), faces.min(scale))
     uv, angles = real_coordinates(z), np.ascontiguousarray(alpha.T)

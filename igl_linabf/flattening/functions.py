@@ -550,7 +550,7 @@ def flatten_mesh(
                 "pinned, and the boundary has a shape: pin two vertices to "
                 "place the whole map, or leave the boundary free"
             )
-        upwards = None if up is None else _check_up(up, pinned is not None, shape.name)
+        upwards = None if up is None else _check_up_direction(up, pinned is not None, shape.name)
         seconds = {"check": perf_counter() - start}
         advance("check", 0.05)
         made = chosen.run(mesh, pinned, shape) if shape.name != "free" else chosen.run(mesh, pinned)
@@ -616,7 +616,7 @@ def _warn_if_stretched(mesh: Mesh, uv: FloatArray) -> None:
     )
 
 
-def _check_up(up: ArrayLike, has_pins: bool, boundary: str) -> FloatArray:
+def _check_up_direction(up: ArrayLike, has_pins: bool, boundary: str) -> FloatArray:
     """Check the direction `up`; raise an error if other options already determine the rotation of the map."""
     if has_pins or boundary == "rectangle":
         what = "pins" if has_pins else "the rectangle's corners"

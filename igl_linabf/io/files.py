@@ -15,7 +15,7 @@ from ..errors import MeshError, first_few, format_count
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, map_array, vertex_array
 from .colours import replace_colours_that_are_not_finite
-from .formats import ImageArgument, parse_file, select_second_coordinates, write_atomically
+from .formats import ImageArgument, parse_file, select_second_uv_set, write_atomically
 from .mesh_file import MeshFile, check_corners, gather_at_triangles
 from .obj import load_materials, save_obj
 from .references import Folder
@@ -150,7 +150,7 @@ def read_file(
     extras = replace_colours_that_are_not_finite(looks, path.name)
     mesh = replace(found, V=vertex_array(found.V), extras=extras, path=path, allow_outside=allow_outside)
     if texcoord:
-        mesh = select_second_coordinates(mesh, path)
+        mesh = select_second_uv_set(mesh, path)
     if mesh.TC is None or mesh.texture is None or not len(mesh.TC):
         return replace(mesh, TC=None, texture=None)
     is_partial = (mesh.texture < 0).any()

@@ -39,7 +39,7 @@ from .external import (
     save_vtp,
 )
 from .gltf import GltfFile, has_texture_transforms, parse_gltf, save_gltf
-from .gltf import select_second_coordinates as select_second_gltf
+from .gltf import select_second_uv_set as select_second_gltf
 from .materials import (
     COLOUR,
     DEFAULT_MATERIAL,
@@ -65,7 +65,7 @@ from .off import parse_off
 from .parsing import Damaged, Extras, FaceLabels, check_regular_file, convert_to_utf8, encode_utf8
 from .pictures import encode_png
 from .ply import PlyTables, parse_ply, save_ply
-from .ply import select_second_coordinates as select_second_ply
+from .ply import select_second_uv_set as select_second_ply
 from .stl import parse_stl
 from .vertex_splits import find_face_pages, split_vertices
 
@@ -166,7 +166,7 @@ def parse_file(
         with path.open("rb") as file:
             head = file.read(len(PATCH_MAGIC))
         if head == PATCH_MAGIC or suffix in PATCH_SUFFIXES:
-            return _parse_patch(path, surface)
+            return _parse_freesurfer_patch(path, surface)
         if not head.startswith(FREESURFER_MAGIC):
             raise ValueError(
                 f"{path} is not a mesh file: use one that ends in {', '.join(READABLE_SUFFIXES)}"
@@ -183,7 +183,7 @@ def parse_file(
         raise MeshError(f"{path} cannot be read as {what}: {damage}") from None
 
 
-def select_second_coordinates(mesh: MeshFile, path: Path) -> MeshFile:
+def select_second_uv_set(mesh: MeshFile, path: Path) -> MeshFile:
     """Return a mesh with its second texture coordinates, if any, as `TC`, and its first as `first`."""
     source = mesh.extras.source
     if isinstance(source, GltfFile):
@@ -200,7 +200,7 @@ def select_second_coordinates(mesh: MeshFile, path: Path) -> MeshFile:
     return replace(found, first=(mesh.TC, np.maximum(mesh.texture, -1)))
 
 
-def _parse_patch(path: Path, surface: str | os.PathLike[str] | None) -> MeshFile:
+def _parse_freesurfer_patch(path: Path, surface: str | os.PathLike[str] | None) -> MeshFile:
     """Read a patch on the given surface, or on the surface that FreeSurfer's file names associate with it."""
     hemisphere = path.name.partition(".")[0]
     paths = find_companion_surfaces(path.parent, hemisphere) if surface is None else [Path(surface)]

@@ -62,7 +62,7 @@ class CholeskyFactorInterface:
             found = FAILED_COLUMN.search(str(error))
             column = int(found[1]) if found else 0
             raise NotPositiveDefiniteError(int(numeric.perm[column])) from None
-        if numeric.rcond == 0:  # CHOLMOD accepts NaN
+        if numeric.rcond == 0:  # CHOLMOD reports no error for matrices with NaN, but their rcond is 0
             _check_pivots(numeric.factor.diagonal(), numeric.perm)
 
         def solve_quietly(b: FloatArray) -> FloatArray:

@@ -38,7 +38,7 @@ from .options import PatternOptions
 from .seam_pairs import OutlineSides, SeamSides, find_seams
 from .tabs import TabPlace, place_tabs
 
-PIECE_MARGIN = 0.005  # maximum distance between pieces, relative to the side of a square around the drawing
+PIECE_MARGIN = 0.005  # upper limit of the gaps between pieces, over the side of a square around the drawing
 MAX_MARGIN_COVERAGE = 0.64  # maximum share of the square around the drawing that margins may cover
 
 

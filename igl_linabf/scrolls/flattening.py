@@ -111,7 +111,7 @@ def flatten_segment(
     (0, True)
     """
     start, chosen = perf_counter(), resolve_method(method)
-    upwards = _check_up(up)
+    upwards = _check_up_direction(up)
     if not is_number(pieces, 1, whole=True):
         raise ValueError(f"pieces is {pieces!r}: give the number of pieces to flatten, at least 1")
     given = segment if isinstance(segment, Segment) else read_tifxyz(segment)
@@ -193,7 +193,7 @@ def _sort_by_column(pieces: list[Submesh], origin: IntArray, columns: int) -> li
     return sorted(pieces, key=lambda piece: float((origin[piece.vertices] % columns).mean()))
 
 
-def _check_up(up: str | ArrayLike) -> FloatArray | None:
+def _check_up_direction(up: str | ArrayLike) -> FloatArray | None:
     """Return the direction that points up, or None for the rows of the grid."""
     if isinstance(up, str) and up in ("axis", "rows"):
         return parse_direction(AXIS, "up") if up == "axis" else None

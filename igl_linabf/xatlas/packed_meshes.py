@@ -1,4 +1,4 @@
-"""One mesh of an atlas in the form of xatlas: vertices doubled at seams, a page and a chart for each."""
+"""Meshes as xatlas returns them: vertices are duplicated at seams, and each has a page and a chart."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The table row of a mesh has its outcome and its warnings; a full disk ends the whole batch."""
+"""The table row of a mesh has its outcome and its warnings; the whole batch ends if the storage is full."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from .conformal_corrections import (
 )
 from .constants import ROUGH_RTOL
 from .holonomy_angles import HolonomyAngles
-from .iterates import AngleProblem, DiskBlocks, Iterate, Step
+from .iterates import AngleProblem, DiskRanges, Iterate, Step
 from .iterations import State, StepAndChord, run_active_set, take_linear_step, take_step_and_chord
 from .linearisation import Direction, Linearisation, apply_direction, linearise, solve_for_errors
 from .newton import ANGLE_BOUND, AbfResult, converge, converge_feasibly

@@ -18,7 +18,7 @@ Kind = Literal["step", "chord", "conformal", "anchored", "feasible", "restoratio
 
 
 @dataclass(frozen=True, eq=False)
-class DiskBlocks:
+class DiskRanges:
     """The rows and faces of each disk in a linear system of one or several disks.
 
     Attributes
@@ -31,8 +31,8 @@ class DiskBlocks:
     faces: Ragged
 
     @classmethod
-    def from_disks(cls, constraints: Constraints, disks: Disks) -> DiskBlocks:
-        """Return the matrix blocks of several disks: one row per interior vertex, in vertex order."""
+    def from_disks(cls, constraints: Constraints, disks: Disks) -> DiskRanges:
+        """Return the rows and faces of several disks; there is a row for each interior vertex, in order."""
         before = np.concatenate(([0], np.cumsum(disks.topology.is_interior)))
         return cls(Ragged(before[disks.vertices.start]), disks.faces)
 
@@ -55,7 +55,7 @@ class AngleProblem:
     safeguard : bool
         Whether the step of each triangle is limited so that its angles stay positive; False is the unmodified
         scheme of the paper.
-    side_by_side : DiskBlocks or None
+    side_by_side : DiskRanges or None
         The disks, if there are several. Each disk has its own steps, and its own number of iterations of the
         linear solver.
     """
@@ -64,15 +64,15 @@ class AngleProblem:
     estimate: FloatArray
     solvers: Solvers
     safeguard: bool = True
-    side_by_side: DiskBlocks | None = None
+    side_by_side: DiskRanges | None = None
 
     @cached_property
-    def disks(self) -> DiskBlocks:
+    def disks(self) -> DiskRanges:
         """The blocks of all disks of the problem, or of its only disk."""
         if self.side_by_side is not None:
             return self.side_by_side
         m = self.constraints.topology.corner.shape[1]
-        return DiskBlocks(Ragged(np.array([0, self.constraints.n_rows])), Ragged(np.array([0, m])))
+        return DiskRanges(Ragged(np.array([0, self.constraints.n_rows])), Ragged(np.array([0, m])))
 
     @cached_property
     def initial_iterate(self) -> Iterate:

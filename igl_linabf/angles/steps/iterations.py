@@ -83,7 +83,7 @@ class StepAndChord:
     inner_steps : (2, #disks) int64
         Numbers of conjugate gradient steps in the linear step and in the chord step.
     residuals : (3, 3, #disks) float64
-        Results of `DiskBlocks.residuals` at the start, after the linear step, and after the chord step.
+        Results of `DiskRanges.residuals` at the start, after the linear step, and after the chord step.
     """
 
     state: State

@@ -77,8 +77,8 @@ def converge(state: State, tol: float) -> AbfResult:
     state : State
         At the initial estimate alpha_0.
     tol : float
-        The iterations end when the largest residual, and the largest relative change of an angle by another
-        step, are at most `tol`. The next change is predicted, because changes decrease linearly.
+        The iterations end when the largest residual, and the predicted largest relative change of an angle
+        in the next step, are at most `tol`. The change can be predicted, because changes decrease linearly.
     """
     return _take_anchored_steps(state, tol)
 

@@ -234,9 +234,10 @@ class HolonomyConstraints:
         C = diag(L_s, L_s)^-1 B of the conformal metric. The rows T - C^T M close the same loops as T, and are
         orthogonal to M in the conformal metric. Therefore, they are solved separately, with the matrix D -
         C^T B - B^T C + C^T S C, which is positive definite for any C. If the turning of all closed paths is
-        free, the matrix D - C^T B of the conformal metric is used instead. Without `S`, the metric is the
-        conformal metric of these constraints. If this metric is K, then S is diag(L, L), and the result is
-        exact. With `S`, the columns `known` of an earlier system may replace C.
+        free, the matrix D - C^T B of the conformal metric is used instead.
+
+        Without `S`, these constraints use the conformal metric, and the result is exact if K is this metric.
+        With `S`, the columns `known` of an earlier system may replace C.
 
         Raises
         ------

@@ -156,7 +156,7 @@ class Levels:
 def build_shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:
     """Return trees of shortest paths to the nearest root; roots are more than `hops` edges apart.
 
-    Each hole is a tree that consists of its root only.
+    Each hole, which is a single node, is a tree of its own.
     """
     graph, holes = closed.graph, np.arange(closed.graph.n_holes)
     by_chance = np.argsort(np.random.default_rng(0).permutation(graph.n))

@@ -51,7 +51,7 @@ def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> l
     (1.0, 4.0)
     """
     parted = [_extract_charts(atlas) for atlas in atlases]
-    request = PackingRequest.for_maps(packing)
+    request = PackingRequest.for_maps_without_surface(packing)
     placed = pack_maps([chart for charts, _ in parted for chart in charts], request)
     if not placed:
         return list(atlases)

@@ -127,7 +127,7 @@ class FlatChart:
         return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) / 2
 
     @cached_property
-    def map_diagonal(self) -> float:
+    def bounding_diagonal(self) -> float:
         """Diagonal of the map's axis-aligned bounding rectangle."""
         return float(np.linalg.norm(np.ptp(self.uv, axis=0)))
 

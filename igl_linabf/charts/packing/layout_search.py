@@ -92,7 +92,7 @@ class UnplacedCharts:
         """Mask of the charts whose outline `is_straight`."""
         return np.array([outline.is_straight for outline in self.outlines], dtype=bool)
 
-    def select_for_outlines(self) -> IntArray:
+    def select_charts_with_outlines(self) -> IntArray:
         """Return the charts that are packed by their outlines: at most `MAX_SHAPED_CHARTS`, largest first.
 
         All other charts are packed as rectangles into the gaps.
@@ -124,7 +124,7 @@ def find_fixed_layout(
     """
     if charts.compute_min_page_width(spacing.aspect) > side * spacing.inner_width:
         return None
-    shaped = charts.select_for_outlines()
+    shaped = charts.select_charts_with_outlines()
     found = _place_on_pages(
         charts, shaped, charts.list_candidate_turns(charts.is_straight), side, spacing, pages
     )
@@ -153,7 +153,7 @@ def _search_largest_layout(charts: UnplacedCharts, spacing: Spacing, pages: int)
     if n == 1:
         side = float((charts.sizes / [1, spacing.aspect]).max()) / spacing.inner_width
         return Layout(np.ones(1, np.complex128), np.zeros(1, np.int64), np.zeros(1, np.complex128), side)
-    shaped, turns = charts.select_for_outlines(), np.ones((n, 1), dtype=np.complex128)
+    shaped, turns = charts.select_charts_with_outlines(), np.ones((n, 1), dtype=np.complex128)
     if len(shaped):
         found = _find_coarse_layouts(charts, shaped, spacing, charts.list_candidate_turns(charts.is_straight))
         if charts.is_straight[shaped].any() and not charts.upright:
@@ -313,7 +313,7 @@ def _place_charts(n: int, masks: ChartMasks, cells: float, side: int, pages: int
 def _place_on_pages(
     charts: UnplacedCharts, shaped: IntArray, turns: Turns, side: float, spacing: Spacing, pages: int | None
 ) -> Layout | None:
-    """Place charts on pages of this side: some by their outlines, and the rest as rectangles in the gaps.
+    """Place charts on square pages: some by their outlines, and the rest as rectangles in the gaps.
 
     The longer side of each rectangle is horizontal. Rectangles are placed in rows, tallest first.
     """

@@ -100,7 +100,7 @@ def pack_charts(
             given.append(Submesh.from_input(uv, F, 2, "uv"))
         except MeshError as error:
             raise MeshError(f"chart {i}: {error}") from None
-    request = replace(PackingRequest.for_maps(packing), fixed=not rotate)
+    request = replace(PackingRequest.for_maps_without_surface(packing), fixed=not rotate)
     placed = pack_maps([(chart.V, chart.F) for chart in given], request)
     return [replace(p, uv=chart.scatter_to_input(p.uv)) for chart, p in zip(given, placed, strict=True)]
 
@@ -141,7 +141,7 @@ class PackingRequest:
     cut_below: float = 0.0
 
     @classmethod
-    def for_maps(cls, packing: Packing | None) -> PackingRequest:
+    def for_maps_without_surface(cls, packing: Packing | None) -> PackingRequest:
         """Return the request for maps without a surface, for which `unseen` and `cut_below` are rejected."""
         request = cls.from_packing(packing)
         if packing is not None and packing.cut_below is not None:

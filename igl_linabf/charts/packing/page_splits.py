@@ -201,7 +201,7 @@ def _find_best_cut(
     """
     charts, size = state.charts, state.size
     areas, hulls, diagonals = np.array(
-        [(chart.map_area, chart.hull_area, chart.map_diagonal) for chart in charts]
+        [(chart.map_area, chart.hull_area, chart.bounding_diagonal) for chart in charts]
     ).T
     k = int(np.argmax(_estimate_page_area(hulls, diagonals) - areas))
     chart, unit = charts[k], float(np.sqrt(page.area))

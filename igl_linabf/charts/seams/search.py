@@ -341,9 +341,9 @@ class _PanelSeams:
     def add_if_cheaper(
         self, components: IntArray, edges: IntArray, label: IntArray, cost: FloatArray
     ) -> None:
-        """Add the seams of some components, if they cost less than the component's known seams.
+        """Replace the known seams of each given component if its new seams cost less.
 
-        `label` has the index in `components` for each edge.
+        `label` gives, for each edge of the new seams, the index of its component in `components`.
         """
         is_cheaper = cost < self.cost[components]
         self.cost[components[is_cheaper]] = cost[is_cheaper]

@@ -91,7 +91,7 @@ class SmallBodies:
             growing &= 1 + self._measure_length(seam) / trade < least
             if not growing.any():
                 break
-            open_nodes = self._find_open_nodes(seam)
+            open_nodes = self._find_fixed_nodes(seam)
             u = solve_log_scale(closed, open_nodes, closed.curvature)
             cost = self._estimate_stretch(u) + self._measure_length(seam) / trade
             better = growing & (cost < least)
@@ -117,7 +117,7 @@ class SmallBodies:
         """Return the expected cost of each body: L2 stretch minus 1, plus the price of its seam."""
         if not trade:
             return self._measure_length(seam)
-        u = solve_log_scale(self.closed, self._find_open_nodes(seam), self.closed.curvature)
+        u = solve_log_scale(self.closed, self._find_fixed_nodes(seam), self.closed.curvature)
         return np.asarray(self._estimate_stretch(u) - 1 + self._measure_length(seam) / trade)
 
     def _estimate_stretch(self, u: FloatArray) -> FloatArray:
@@ -130,7 +130,7 @@ class SmallBodies:
         length = np.bincount(self._find_bodies(seam), self.closed.graph.length[seam], self._n)
         return np.asarray(length / np.sqrt(self._area))
 
-    def _find_open_nodes(self, seam: IntArray) -> IntArray:
+    def _find_fixed_nodes(self, seam: IntArray) -> IntArray:
         return np.union1d(self.closed.graph.ends[seam], np.arange(self.closed.graph.n_holes))
 
     def _find_bodies(self, edges: IntArray) -> IntArray:

@@ -132,7 +132,10 @@ class _MergeCandidate:
                 yield run, laid_out
 
     def _fit_to_runs(self, runs: list[_SharedRun]) -> tuple[BoolArray, ComplexArray]:
-        """Move the map to the ends of each run; return a mask of the runs it fits, and the moved maps."""
+        """Move the map so that it has the ends of a run of shared edges, for each run.
+
+        Return a mask of the runs whose other vertices fit, too, and the moved maps.
+        """
         z, vertices = self._z, Ragged.from_sizes([len(run.own) for run in runs])
         own, to = (np.concatenate(rows) for rows in zip(*((run.own, run.at) for run in runs), strict=True))
         (first, last), (start, end) = ((x[vertices.start[:-1]], x[vertices.start[1:] - 1]) for x in (own, to))

@@ -104,14 +104,14 @@ def iterate_instance_attributes(text: dict[str, Any]) -> Iterator[dict[str, int]
             yield node["extensions"][INSTANCES].get("attributes", {})
 
 
-def find_implicit_features(primitive: dict[str, Any]) -> list[dict[str, Any]]:
+def find_features_by_vertex_number(primitive: dict[str, Any]) -> list[dict[str, Any]]:
     """Return the entries of the extension FEATURES that use the vertex numbers of a primitive as IDs."""
     features = primitive.get("extensions", {}).get(FEATURES, {}).get("featureIds", ())
     return [feature for feature in features if not {"attribute", "texture"} & set(feature)]
 
 
 def renumber_accessors(text: Any, change: Callable[[int], int], inside: bool = False) -> None:
-    """Apply `change` to each accessor number in the description outside extensions."""
+    """Apply `change` to each accessor index in the JSON description, except inside extensions."""
     if isinstance(text, dict):
         for key, value in text.items():
             if isinstance(value, int) and not isinstance(value, bool):

@@ -113,7 +113,7 @@ def find_sampler(text: dict[str, Any], info: dict[str, Any]) -> dict[str, Any] |
     return None if number is None else text["samplers"][number]
 
 
-def find_image_maps(gltf: Gltf, material: dict[str, Any], coordinates: int = 0) -> tuple[ImageMap, ...]:
+def find_texture_images(gltf: Gltf, material: dict[str, Any], coordinates: int = 0) -> tuple[ImageMap, ...]:
     """Return the images of a material that use the given set of texture coordinates."""
     uses = [use for use in iterate_texture_uses(material) if use.coordinates == coordinates]
     return tuple(_make_image_map(gltf, use) for use in uses)

@@ -14,7 +14,7 @@ from ..materials import Material, encode_srgb, make_gltf_material, parse_gltf_ma
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras, triangulate_strips
 from .container import load_gltf
-from .images import find_image_maps
+from .images import find_texture_images
 from .ngons import EXTENSION, merge_fans, reverse_polygons
 from .scene import Gltf, Mode, Placement, find_placements
 from .unshared import list_unshared
@@ -151,7 +151,7 @@ def parse_gltf(path: Path, allow_outside: bool = False) -> MeshFile:
     return mesh_file if TC is None else replace(mesh_file, TC=TC, texture=texture)
 
 
-def select_second_coordinates(mesh: MeshFile, source: GltfFile) -> MeshFile:
+def select_second_uv_set(mesh: MeshFile, source: GltfFile) -> MeshFile:
     """Return a mesh with its second texture coordinates, and the images that use them."""
     gltf, n = source.gltf, len(mesh.polygons.corners)
     at_corners, has_any = np.zeros((n, 2)), np.zeros(n, dtype=bool)
@@ -164,7 +164,7 @@ def select_second_coordinates(mesh: MeshFile, source: GltfFile) -> MeshFile:
     texture = np.full(n, -1)
     texture[has_any] = same.ravel()
     looks = tuple(
-        replace(look, maps=find_image_maps(gltf, material, 1))
+        replace(look, maps=find_texture_images(gltf, material, 1))
         for look, material in zip(mesh.extras.looks or (), gltf.get_entries("materials"), strict=False)
     )
     extras = replace(mesh.extras, looks=looks or None)
@@ -243,7 +243,8 @@ def _read_materials(gltf: Gltf, of_face: IntArray) -> dict[str, Any]:
     of_face = np.where(of_face < len(listed), of_face, -1)
     names = tuple(str(material.get("name", f"material {i}")) for i, material in enumerate(listed))
     looks = tuple(
-        replace(parse_gltf_material(material), maps=find_image_maps(gltf, material)) for material in listed
+        replace(parse_gltf_material(material), maps=find_texture_images(gltf, material))
+        for material in listed
     )
     return {"materials": (names, of_face), "looks": looks}
 

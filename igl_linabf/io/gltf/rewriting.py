@@ -26,7 +26,7 @@ from .container import find_referenced_file, is_relative, iterate_uris
 from .extensions import (
     VIEW_KEYS,
     drop_unknown_extensions,
-    find_implicit_features,
+    find_features_by_vertex_number,
     has_unknown_references,
     iterate_instance_attributes,
     iterate_table_properties,
@@ -178,7 +178,7 @@ def _drop_tangents(
 def _store_feature_ids(primitive: dict[str, Any], vertex_index: IntArray, buffer: Buffer) -> None:
     """Store feature IDs that were implied by the old vertex numbers as an attribute."""
     attributes = primitive["attributes"]
-    for feature in find_implicit_features(primitive):
+    for feature in find_features_by_vertex_number(primitive):
         feature["attribute"] = next(
             k for k in range(len(attributes) + 1) if FEATURE_ID.format(k) not in attributes
         )

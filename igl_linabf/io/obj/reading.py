@@ -52,7 +52,8 @@ POLYPAINT_PREFIX = b"#MRGB"  # comment with ZBrush's vertex colours: mask, red, 
 NO_LINES: IntArray = np.zeros(0, dtype=np.int64)
 # A corner v/vt/vn of a face: v and vt are not 0; vt and vn are optional.
 CORNER_PATTERN = re.compile(rb"(-?0*[1-9]\d{0,17})(?:/(-?0*[1-9]\d{0,17})?(?:/(-?\d{1,18})?)?)?")
-COLUMNS_OF_FORM = {b"": (0,), b"/": (0, 1), b"//": (0, 1, 2), b"!": (0, 2)}  # v, v/vt, v/vt/vn, v//vn
+# Columns of v, vt and vn in v, v/vt, v/vt/vn and v//vn, by their slashes; two adjacent slashes count as "!".
+COLUMNS_OF_FORM = {b"": (0,), b"/": (0, 1), b"//": (0, 1, 2), b"!": (0, 2)}
 MAX_LINE_FORMS = 50  # with more forms of face lines, the lines are parsed one by one
 SEPARATORS_TO_SPACES = bytes.maketrans(b"/!", b"  ")
 INVALID_VERTEX = "is not a vertex: it needs three numbers"

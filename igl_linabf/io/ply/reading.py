@@ -115,7 +115,7 @@ def parse_ply(data: bytes) -> MeshFile:
     return _select_coordinates(MeshFile(V, faces, extras=extras), tables, CORNER_TEXTURE, TEXTURE_NAMES)
 
 
-def select_second_coordinates(mesh: MeshFile, source: PlyTables) -> MeshFile:
+def select_second_uv_set(mesh: MeshFile, source: PlyTables) -> MeshFile:
     """Return a mesh with its second texture coordinates."""
     names = [tuple(name + SECOND_MAP_SUFFIX for name in pair) for pair in TEXTURE_NAMES]
     bare = replace(mesh, TC=None, texture=None)

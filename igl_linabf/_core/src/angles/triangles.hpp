@@ -279,7 +279,8 @@ inline Triple apply_cotangent_matrix(Triple cot, Triple y) {
     return {r - q, p - r, q - p};
 }
 
-// Return a function that computes M^T x of a triangle from the multipliers of the vertex and the wheel constraints.
+// Return a function that computes the three entries of M^T x in a triangle.
+// The vector x consists of the multipliers of the vertex constraints and of the wheel constraints, (n,) each.
 inline auto transpose_product(Corners corner, Values cot, Numbers vertex, Numbers wheel) {
     return [at = CornerRows(corner), cot = CornerRows(cot), vertex, wheel](Index t) {
         const auto [i, j, k] = at[t];

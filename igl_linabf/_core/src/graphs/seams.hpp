@@ -17,8 +17,8 @@ inline std::vector<Index> path_nodes(View<const Index> before, View<const Index>
     return found;
 }
 
-// Breadth-first search for a path with the fewest edges.
-// Returns its nodes, from one of `ends` back to one of `sources`, which are masks.
+// Find a path with the fewest edges between two sets of nodes, given as the masks `sources` and `ends`.
+// Returns the nodes of the path, from an end back to a source.
 inline std::vector<Index> breadth_first_path(View<const Index> indptr, View<const Index> indices,
                                              View<const bool> sources, View<const bool> ends) {
     const Index n = indptr.size - 1;

@@ -111,8 +111,8 @@ inline std::tuple<Grid<double>, Grid<double>> isometric_derivatives(Corners corn
 
 // Assemble the 2 by 2 blocks, (entries, 4), of the sum of row row^T over the triangles.
 // The six values of a row belong to the x coordinates of the corners, then to the y coordinates.
-// The block of corner k is added to entry own[k], and the block of the side opposite to corner k to entry across[k],
-// or transposed to entry ~across[k].
+// The block of corner k is added to entry own[k]. The block of the side opposite to corner k is added to entry across[k]
+// or, if across[k] is negative, transposed to entry ~across[k].
 inline Grid<double> sum_outer_products(Values rows, Corners own, Corners across, Index entries) {
     const Index m = own.columns, ranks = rows.rows / 6;
     Grid<double> result = angles::zeros<Grid<double>>(entries, 4);

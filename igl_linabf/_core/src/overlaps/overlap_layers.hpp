@@ -6,7 +6,7 @@
 
 namespace overlaps {
 
-constexpr double GROWTH_SHARE = 0.8;  // share of the pairs before two sheets meet at which they stop growing
+constexpr double GROWTH_SHARE = 0.8;  // sheets that would meet stop growing after this share of the pairs up to there
 
 struct Sheets {
     std::vector<Index> faces, start{0};
@@ -92,7 +92,7 @@ class OverlapLayers {
         std::partial_sum(row.begin(), row.end(), row.begin());
     }
 
-    // Return the two sheets of each of the `most` largest overlaps.
+    // Return the two sheets of the largest overlaps, of at most `most` overlaps.
     Sheets largest_overlaps(Index most) {
         std::vector<Index> size;  // number of pairs of each component and its mirrored component
         for (Index k = 0; k < upper.size; ++k)

@@ -79,7 +79,7 @@ inline Collisions find_collisions(const Page& page, Index at, Index column, Inde
 // For `number` rows from y on, store in `free` the first column where a mask can be placed without a collision.
 // The column is -1 if the mask collides in every column up to `last`.
 // Returns true if any row has a free column.
-// Runs that collided are moved to the front.
+// Runs of the mask that collided are moved to the front, so that they are tested first.
 inline bool find_first_free(const Page& page, View<Run> runs, Index y, Index number, Index last, Index* free) {
     bool found = false;
     std::fill_n(free, ROWS_AT_ONCE, -1);
