@@ -114,8 +114,8 @@ if __name__ == "__main__":
             pattern = write_pattern(f"out/{name}.{suffix}", *surface, atlas, "mm", grain=(0, 0, 1), **finish)
         print(f"{name}:\n{pattern}\n")
         assert atlas.good
-        assert pattern.error < (1e-6 if name == "lampshade" else 0.12)
-        assert all(abs(seam.change) < (1e-6 if name == "lampshade" else 0.05) for seam in pattern.seams)
+        assert pattern.error < (1e-6 if name == "lampshade" else 0.05)
+        assert all(abs(seam.difference) < (1e-6 if name == "lampshade" else 0.05) for seam in pattern.seams)
         show(plotter, row, surface, atlas, pattern)
     with replacing("out/pattern.png") as temporary:
         plotter.show(screenshot=temporary)

@@ -70,7 +70,8 @@ def draw_pattern(
 ) -> ExitCode:
     """Unwrap a mesh and draw its pieces at true scale, with numbered seams, to cut and join.
 
-    The table lists the lengths of both sides of each seam.
+    The table lists the lengths of both sides of each seam, and how much they differ. If the pattern changes
+    lengths on the surface by more than 5 %, a warning says so.
 
     A sheet of thickness t has two sides that differ in size: pass its mid-surface, t/2 from both sides,
     instead of the closed solid. If bends are modelled as arcs, the pattern includes their bend allowance
@@ -87,7 +88,8 @@ def draw_pattern(
     duct.obj -o duct.dxf --units mm --seams pairs.txt    # along the edges of pairs.txt
     duct.obj -o duct.dxf --units mm --seams pairs.txt --extend-seams    # and along more
     bodice.obj -o bodice.pdf --units cm --hide back    # seams at the back
-    bodice.obj -o bodice.pdf --units cm --max-stretch 1.02 --keep-holes
+    bodice.obj -o bodice.pdf --units cm --max-stretch 1.0001    # more pieces, which fit better
+    duct.obj -o duct.dxf --units mm --keep-holes
     lampshade.obj -o lampshade.pdf --max-dirichlet 4.01 --max-charts 6    # by a search over trade
     lampshade.obj -o lampshade.pdf --repair-overlaps
     bodice.obj -o bodice.svg --units cm --allowance 1.5 --compensation 1.03,1.05    # cloth that shrinks

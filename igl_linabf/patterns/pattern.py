@@ -11,13 +11,15 @@ from numpy.typing import ArrayLike
 from .._runtime import align_columns
 from .._types import FloatArray, IntArray
 from ..charts import Atlas
-from ..errors import MeshWarning, first_few, format_count, stack_level
+from ..errors import MeshWarning, OutcomeWarning, first_few, format_count, stack_level
 from .folds import find_seam_angles
 from .grain_arrows import place_arrows
 from .options import PatternOptions
 from .pieces import PatternLayout, lay_out
 from .seam_pairs import PatternSeam, measure_seams
 from .tabs import PatternTab
+
+MAX_CHANGE = 0.05  # relative change of an edge from which pieces are reported not to fit
 
 
 @dataclass(frozen=True)
@@ -97,11 +99,11 @@ class Pattern:
         return len(self.grain)
 
     def __str__(self) -> str:
-        rows: list[tuple[str, ...]] = [("seam", "pieces", "mm", "mm", "on the surface", "change")]
+        rows: list[tuple[str, ...]] = [("seam", "pieces", "side 1", "side 2", "surface", "sides differ")]
         for seam in self.seams:
             pieces = "{} {}".format(*seam.pieces)
             lengths = [f"{length:.2f}" for length in (*seam.lengths, seam.length)]
-            rows.append((str(seam.number), pieces, *lengths, f"{round(seam.change, 4) + 0.0:+.2%}"))
+            rows.append((str(seam.number), pieces, *lengths, f"{round(seam.difference, 4) + 0.0:+.2%}"))
         width, height = self.size
         mountain = int((self.fold_angles > 0).sum())
         facts = [
@@ -125,6 +127,7 @@ def build_pattern(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, options:
     piece, loops = cut.piece, cut.topology.loops
     folds, fold_angles = layout.folds
     _warn_about_seams(layout, options)
+    _warn_about_changes(layout)
     corners = np.concatenate(layout.cut_lines)
     return Pattern(
         size=(float(corners[:, 0].max()), float(corners[:, 1].max())),
@@ -136,7 +139,7 @@ def build_pattern(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, options:
         fold_angles=fold_angles,
         grain=place_arrows(cut, loops, piece, layout.arrows),
         tabs=_describe_tabs(layout),
-        error=layout.error,
+        error=float(np.max(layout.changes, initial=0)),
         units=options.units,
         report=PatternReport(
             options.crease, options.tabs, options.allowance, options.compensation, layout.seams_without_room
@@ -182,3 +185,17 @@ def _warn_about_seams(layout: PatternLayout, options: PatternOptions) -> None:
         )
     for message in messages:
         warnings.warn(message, MeshWarning, stacklevel=stack_level())
+
+
+def _warn_about_changes(layout: PatternLayout) -> None:
+    """Warn if edges become so much longer or shorter that the pieces cannot be sewn or bent."""
+    much = layout.changes > MAX_CHANGE
+    if much.any():
+        warnings.warn(
+            f"the pattern changes the lengths of {much.mean():.1%} of the edges by more than "
+            f"{MAX_CHANGE:.0%}, and at most by {layout.changes.max():.0%}: the pieces do not fit the surface "
+            "there. Cut more with charts=ChartOptions(max_stretch=1.0001), with 1.001 for fewer pieces, or "
+            "along your own seams",
+            OutcomeWarning,
+            stacklevel=stack_level(),
+        )

@@ -63,8 +63,8 @@ class PatternLayout:
         Numbers of the seams without a tab, or with another part of the piece within their allowance.
     closed_holes : int
         Number of holes that the allowance covers.
-    error : float
-        Largest relative change of the length of an edge, without compensation.
+    changes : (#E,) float64
+        Relative change of the length of each edge, without its sign and without compensation.
     """
 
     cut: CutSurface
@@ -76,12 +76,12 @@ class PatternLayout:
     tabs: tuple[TabPlace, ...]
     seams_without_room: tuple[int, ...]
     closed_holes: int
-    error: float
+    changes: FloatArray
 
 
 def lay_out(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, options: PatternOptions) -> PatternLayout:
     """Join, turn, enlarge, finish and arrange the pieces of a pattern."""
-    cut, error, arrows = _turn_pieces(V, F, atlas, options)
+    cut, changes, arrows = _turn_pieces(V, F, atlas, options)
     options.check_widths(float(measure_extents(complex_positions(cut.flat), cut.piece).max()))
     loops, piece = cut.topology.loops, cut.piece
     sides = OutlineSides.from_loops(loops)
@@ -115,20 +115,20 @@ def lay_out(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, options: Patte
         tuple(replace(tab, top=tab.top + shift[piece[sides.start[tab.run[0]]]]) for tab in tabs),
         without_room,
         closed,
-        error,
+        changes,
     )
 
 
 def _turn_pieces(
     V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, options: PatternOptions
-) -> tuple[CutSurface, float, ComplexArray]:
+) -> tuple[CutSurface, FloatArray, ComplexArray]:
     """Join, turn and enlarge the pieces.
 
     Returns
     -------
     cut : CutSurface
-    error : float
-        Largest relative change of the length of an edge, before the pieces are enlarged.
+    changes : (#E,) float64
+        Relative change of the length of each edge, without its sign, before the pieces are enlarged.
     arrows : (#pieces,) complex128
         Direction of the grain on each piece.
     """
@@ -144,12 +144,12 @@ def _turn_pieces(
         np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
         for points in (cut.surface, cut.flat)
     )
-    change = np.abs(flat_length / np.maximum(length, np.finfo(float).tiny) - 1)
+    changes = np.abs(flat_length / np.maximum(length, np.finfo(float).tiny) - 1)
     across, along = options.compensation
     local = complex_positions(cut.flat) * pointing.towards.conj()[cut.piece]
     arrows = pointing.towards * turn
     z = (along * local.real + across * local.imag * 1j) * arrows[cut.piece]
-    return replace(cut, flat=real_coordinates(z)), float(np.max(change, initial=0)), arrows
+    return replace(cut, flat=real_coordinates(z)), changes, arrows
 
 
 def _build_cut_surface(V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, unit: float) -> CutSurface:

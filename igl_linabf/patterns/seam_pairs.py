@@ -37,8 +37,8 @@ class PatternSeam:
     twisted: bool = False
 
     @property
-    def change(self) -> float:
-        """The difference of the lengths of both sides, relative to the length on the surface."""
+    def difference(self) -> float:
+        """The length of the first side minus the length of the second side, relative to `length`."""
         return (self.lengths[0] - self.lengths[1]) / self.length
 
 

@@ -92,8 +92,7 @@ def write_pattern(
     Returns
     -------
     Pattern
-        The drawn lines, in millimetres. `print(pattern)` lists the lengths of both sides of each seam. A
-        `MeshWarning` names seams without room for tabs or allowance.
+        The drawn lines, in millimetres. `print(pattern)` lists the lengths of both sides of each seam.
 
     Raises
     ------
@@ -105,6 +104,13 @@ def write_pattern(
         The package that writes this format is missing; the message has the pip command.
     OSError
         The file cannot be written. In that case no file is left behind.
+
+    Warns
+    -----
+    OutcomeWarning
+        The lengths of some edges change by more than 5 %: the pieces do not fit the surface.
+    MeshWarning
+        Some seams have no room for tabs or allowance.
 
     Examples
     --------

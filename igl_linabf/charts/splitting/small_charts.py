@@ -190,10 +190,12 @@ class _GrowingChart:
         changed = measure_change(piece, real_coordinates(z))
         own_area = float(changed.double_area.sum())
         share = own_area / double_area.sum()  # `squared_stretch` assumes that the map preserves the area
-        squared = self._squared + share * float(changed.double_area @ changed.squared_stretch)
+        own_squared = float(changed.double_area @ changed.squared_stretch)
+        squared = self._squared + share * own_squared
         area, flat_area = self._double_area + own_area, self._flat_area + float(double_area.sum())
         stretch = np.sqrt(squared * flat_area) / area
-        if not stretch <= min(MAX_STRETCH_FACTOR * self._chart.quality.stretch_l2, most_stretch):
+        limit = min(MAX_STRETCH_FACTOR * self._chart.quality.stretch_l2, most_stretch)
+        if not (stretch <= limit and np.sqrt(own_squared / own_area) <= most_stretch):
             return False
         of_host = np.full(len(piece.V), -1)
         of_host[run.own] = run.of_host

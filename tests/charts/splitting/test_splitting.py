@@ -136,3 +136,14 @@ def test_a_small_chart_stays_apart_along_kept_seams_in_either_order_of_their_ver
     made = [((0, k), chart, piece) for k, (chart, piece) in enumerate(zip(charts, pieces, strict=True))]
     edges = {"nothing": seam[:0], "one order": seam, "other order": seam[:, ::-1]}[kept]
     assert len(merge_small_charts(made, 10.0, edges)) == (1 if kept == "nothing" else 2)
+
+
+def test_a_small_chart_is_not_squeezed_into_a_gap_of_its_neighbour() -> None:
+    # a seam through the concave foot of a hill: the map overlaps itself, and a narrow strip is cut off
+    x, y = np.meshgrid(*2 * [np.linspace(-100, 100, 41)])
+    V = np.column_stack((x.ravel(), y.ravel(), 40 * np.exp(-(x**2 + y**2) / 3000).ravel()))
+    k = np.arange(41 * 41).reshape(41, 41)
+    F = np.column_stack([k[i : i + 40, j : j + 40].ravel() for i, j in ((0, 0), (0, 1), (1, 1), (1, 0))])
+    atlas = unwrap(V, F, charts=ChartOptions(trade=3000))
+    assert len(atlas.charts) > 1
+    assert atlas.quality.stretch_linf < 1.1
