@@ -155,6 +155,7 @@ def detect_suffix(data: bytes) -> str:
     return next((suffix for begin, suffix in SUFFIX_OF_MAGIC.items() if data.startswith(begin)), ".obj")
 
 
+@np.errstate(invalid="ignore")  # NumPy warns when it casts signalling NaN
 def parse_file(
     path: str | os.PathLike[str], surface: str | os.PathLike[str] | None = None, allow_outside: bool = False
 ) -> MeshFile:

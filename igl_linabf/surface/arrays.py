@@ -15,6 +15,7 @@ MOST_VERTICES = 2**31  # maximum vertex count that is inferred from face indices
 Pins = tuple[IntArray, FloatArray]  # pinned vertices (#P,) and their positions (#P, 2), #P >= 2
 
 
+@np.errstate(invalid="ignore")  # NumPy warns when it casts signalling NaN
 def vertex_array(V: ArrayLike, columns: int = 3, name: str = "V") -> FloatArray:
     """Return `V` as a C-ordered (#V, columns) float64 array."""
     hint = _suggest_map(V) if columns == 2 else ""

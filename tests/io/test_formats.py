@@ -12,8 +12,8 @@ import pytest
 from conftest import DISKS, FOLDER, HOLES, STRESS
 from hostile_files import good_files, list_files
 
-from igl_linabf import MeshError, MeshWarning
-from igl_linabf.io import as_mesh_file, read_file, read_mesh, write_file
+from igl_linabf import MeshError, MeshWarning, unwrap
+from igl_linabf.io import as_mesh_file, read_file, read_mesh, write_file, write_mesh
 from igl_linabf.io.formats import detect_suffix, parse_bytes
 
 
@@ -273,3 +273,26 @@ def test_a_point_cloud_is_refused_with_a_remedy(tmp_path: Path) -> None:
         for read in (read_mesh, read_file):
             with pytest.raises(MeshError, match="5 vertices and no faces: make a surface of these points"):
                 read(tmp_path / "points.ply")
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("suffix", ["ply", "glb"])
+def test_signalling_nan_is_read_without_a_warning_of_numpy(tmp_path: Path, suffix: str) -> None:
+    V, F = igl.icosahedron()
+    V = (V + np.array([0.1, 0.3, 0.7])).astype(np.float32)
+    path = tmp_path / f"a.{suffix}"
+    if suffix == "ply":
+        header = (
+            "ply\nformat binary_little_endian 1.0\nelement vertex 12\nproperty float x\nproperty float y\n"
+        )
+        header += "property float z\nelement face 20\nproperty list uchar int vertex_indices\nend_header\n"
+        faces = np.zeros(20, [("size", "u1"), ("corners", "<i4", 3)])
+        faces["size"], faces["corners"] = 3, F
+        path.write_bytes(header.encode() + V.tobytes() + faces.tobytes())
+    else:
+        write_mesh(path, V, F, V[:, :2], F)
+    path.write_bytes(path.read_bytes().replace(V[0, :1].tobytes(), np.uint32(0x7F800001).tobytes()))
+    assert np.isnan(read_file(path).V).any()
+    V.view(np.uint32)[0, 0] = 0x7F800001
+    with pytest.raises(MeshError, match=r"vertices 0 .*NaN"):
+        unwrap(V, F)

@@ -186,6 +186,7 @@ def _read_image(path: Path, first_channel: bool = False) -> np.ndarray:
         raise MeshError(f"{path} cannot be read as TIFF: {damage}") from None
 
 
+@np.errstate(invalid="ignore")  # NumPy warns when it casts signalling NaN
 def _read_coordinate(path: Path) -> FloatArray:
     image = _read_image(path)
     if image.ndim != 2 or image.dtype.kind not in "fiu" or not image.size:
