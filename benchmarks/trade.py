@@ -109,8 +109,8 @@ def format_row(name: str, by: str, at: AtlasFigures) -> str:
 def print_table() -> None:
     print(
         "E is `atlas.cost`, in units of L2 stretch. The last three columns are the stretch, seam and page\n"
-        "terms of E for each value of `trade`. The other programs have no option like `trade`. Flipped\n"
-        "faces are not included in the stretch.\n"
+        "terms of E for each value of `trade`; the stretch term of an isometric map is 6 (L2 stretch - 1).\n"
+        "The other programs have no option like `trade`. Flipped faces are not included in the stretch.\n"
     )
     print(f"| model | {HEADS} |\n|{'---|' * (HEADS.count('|') + 2)}")
     wrong_steps: dict[str, list[str]] = {figure: [] for figure in MONOTONE}
