@@ -137,23 +137,27 @@ def image_maps(mesh: MeshFile) -> dict[str, list[Picture | None]]:
     return images
 
 
-def replace_colours_that_are_not_finite(extras: Extras, name: str) -> Extras:
-    """Replace colours that are NaN or infinite by white, and warn; `name` is the name of the file."""
+def replace_values_that_are_not_finite(extras: Extras, name: str) -> Extras:
+    """Replace colours that are not finite by white, and such normals by zero, and warn; `name` is a file."""
 
-    def whiten_colours(colours: FloatArray | None, of: str) -> FloatArray | None:
-        if colours is None or np.isfinite(colours).all():
-            return colours
-        finite = np.asarray(np.isfinite(colours).all(axis=1))
+    def replace_rows(values: FloatArray | None, what: str, by: float, said: str) -> FloatArray | None:
+        if values is None:
+            return None
+        with np.errstate(over="ignore", invalid="ignore"):
+            finite = np.isfinite(np.linalg.norm(values, axis=1))
+        if finite.all():
+            return values
         bad = first_few(np.flatnonzero(~finite))
-        said = f"the colours of {of} {bad} of {name} are not finite: they are read as white"
-        warnings.warn(said, MeshWarning, stacklevel=stack_level())
-        return np.where(finite[:, None], colours, 1.0)
+        message = f"the {what} {bad} of {name} are not finite: they are read as {said}"
+        warnings.warn(message, MeshWarning, stacklevel=stack_level())
+        return np.where(finite[:, None], values, by)
 
     return replace(
         extras,
-        colours=whiten_colours(extras.colours, "vertices"),
-        corner_colours=whiten_colours(extras.corner_colours, "corners"),
-        face_colours=whiten_colours(extras.face_colours, "faces"),
+        colours=replace_rows(extras.colours, "colours of vertices", 1.0, "white"),
+        corner_colours=replace_rows(extras.corner_colours, "colours of corners", 1.0, "white"),
+        face_colours=replace_rows(extras.face_colours, "colours of faces", 1.0, "white"),
+        normals=replace_rows(extras.normals, "normals", 0.0, "zero"),
     )
 
 

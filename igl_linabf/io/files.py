@@ -14,7 +14,7 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, first_few, format_count
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, map_array, vertex_array
-from .colours import replace_colours_that_are_not_finite
+from .colours import replace_values_that_are_not_finite
 from .formats import ImageArgument, parse_file, select_second_uv_set, write_atomically
 from .mesh_file import MeshFile, check_corners, gather_at_triangles
 from .obj import load_materials, save_obj
@@ -147,7 +147,7 @@ def read_file(
     if not len(found.V) or not len(found.polygons):
         raise _make_no_faces_error(path, found)
     looks = load_materials(found.extras, Folder(path.parent, allow_outside))
-    extras = replace_colours_that_are_not_finite(looks, path.name)
+    extras = replace_values_that_are_not_finite(looks, path.name)
     mesh = replace(found, V=vertex_array(found.V), extras=extras, path=path, allow_outside=allow_outside)
     if texcoord:
         mesh = select_second_uv_set(mesh, path)

@@ -123,6 +123,17 @@ def test_colours_that_are_not_finite_are_read_as_white_with_a_warning(tmp_path: 
     assert colours is not None and colours[:, :3].tolist() == [[1, 1, 1], [1, 1, 1], [0, 0, 1]]
 
 
+@pytest.mark.parametrize("number", ["1e400", "nan", "1e300"])
+def test_normals_that_are_not_finite_are_read_as_zero(tmp_path: Path, number: str) -> None:
+    path = tmp_path / "a.obj"
+    path.write_text(f"v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 {number} 1\nvn 0 0 1\nf 1//1 2//2 3//2\n")
+    with pytest.warns(MeshWarning, match=r"the normals 0 of a\.obj are not finite"):
+        mesh = read_file(path)
+    assert mesh.extras.normals.tolist() == [[0, 0, 0], [0, 0, 1]]
+    write_file(tmp_path / "a.glb", mesh, mesh.V[:, :2])
+    assert np.isfinite(read_file(tmp_path / "a.glb").extras.normals).all()
+
+
 # FreeSurfer and GIFTI surfaces lose vertex numbers at seams
 @pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")
 @pytest.mark.parametrize("suffix", ["obj", "ply", "glb", "gltf", "3mf", "vtp", "surf.gii", "surf"])
